@@ -1,0 +1,196 @@
+"""What a spectral image looks like: XYZ, exposure and sRGB, computed block of rows by block of rows."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.image.dataset import add_up, grid_of, row_blocks
+from fluorspar.spectral.colour import srgb_from_xyz, xyz_from_radiance
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Appearance", "appearance", "auto_exposure", "linear_srgb", "show", "xyz_of"]
+
+_LOG = logging.getLogger(__name__)
+_WHITE_PERCENTILE = 99.0
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """An image as a display shows it.
+
+    Parameters
+    ----------
+    rgb : ndarray of shape (Y, X, 3)
+        sRGB with its transfer curve, float32 from 0 to 1; NaN where nothing was rendered.
+    exposure : float
+        Factor on luminance: `1 / exposure` cd/m2 is shown as white.
+    out_of_gamut : float
+        Share of the pixels, from 0 to 1, that sRGB cannot show as they are: they are shown less saturated, or
+        white.
+    """
+
+    rgb: NDArray[np.float32]
+    exposure: float
+    out_of_gamut: float
+
+    @property
+    def bytes(self) -> NDArray[np.uint8]:
+        """The picture in 8 bits, ndarray of shape (Y, X, 3); dark grey where nothing was rendered."""
+        return np.asarray(np.nan_to_num(self.rgb, nan=0.2) * 255 + 0.5, np.uint8)
+
+
+def xyz_of(dataset: xr.Dataset, components: Sequence[str]) -> NDArray[np.float64]:
+    """Tristimulus values of a sum of components.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        A spectral image, in memory or in a file.
+    components : sequence of str
+        The components to be added.
+
+    Returns
+    -------
+    ndarray of shape (Y, X, 3)
+        CIE 1931 XYZ, Y in cd/m2, summed over the wavelengths of the image.
+
+    Examples
+    --------
+    >>> from fluorspar.image.dataset import make_dataset
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> dataset = make_dataset(np.ones((7, 4, 3, 69)), Wavelengths())
+    >>> xyz_of(dataset, ["source"]).shape
+    (4, 3, 3)
+    """
+    grid = grid_of(dataset)
+    xyz = np.empty((dataset.sizes["y"], dataset.sizes["x"], 3))
+    for rows in row_blocks(dataset):
+        xyz[rows] = xyz_from_radiance(add_up(dataset, components, rows), grid)
+    return xyz
+
+
+def auto_exposure(xyz: NDArray[np.floating]) -> float:
+    """Choose an exposure that shows colours and clips little.
+
+    The brightest of the linear R, G, B of a pixel is to be 1 at the 99th percentile of all pixels that are
+    not black. A luminance of 1 at that percentile would turn the saturated colours of luminescence white.
+
+    Parameters
+    ----------
+    xyz : ndarray of shape (..., 3)
+        Y in cd/m2, best without lamps that are seen directly, which may well be clipped. NaN is left out.
+
+    Returns
+    -------
+    float
+        Factor on luminance in m2/cd; 1 if all is black.
+
+    Examples
+    --------
+    >>> round(1 / auto_exposure(np.full((4, 4, 3), 200.0) * [0.9505, 1.0, 1.089]))  # white of 200 cd/m2
+    200
+    """
+    lit = xyz[np.isfinite(xyz).all(axis=-1) & (xyz[..., 1] > 0)]
+    if not lit.size:
+        return 1.0
+    dim = 1e-3 / float(lit[:, 1].max())  # dark enough that nothing is brighter than white
+    rgb, _ = srgb_from_xyz(lit, dim)
+    white = float(np.percentile(linear_srgb(rgb).max(axis=-1), _WHITE_PERCENTILE))
+    return dim / white
+
+
+def linear_srgb(rgb: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Undo the transfer curve of sRGB (IEC 61966-2-1), for values from 0 to 1 of any shape.
+
+    Examples
+    --------
+    >>> linear_srgb(np.array([0.0, 0.5, 1.0])).round(3)
+    array([0.   , 0.214, 1.   ])
+    """
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+
+
+def show(xyz: NDArray[np.floating], exposure: float) -> Appearance:
+    """Show tristimulus values in sRGB.
+
+    Parameters
+    ----------
+    xyz : ndarray of shape (Y, X, 3)
+        Y in cd/m2; NaN where nothing was rendered.
+    exposure : float
+        Factor on luminance in m2/cd.
+
+    Returns
+    -------
+    Appearance
+
+    Raises
+    ------
+    OptionError
+        If the exposure is not a positive number.
+
+    Examples
+    --------
+    >>> show(np.full((1, 1, 3), 200.0) * [0.9505, 1.0, 1.089], exposure=1 / 200).bytes
+    array([[[255, 255, 255]]], dtype=uint8)
+    """
+    missing = ~np.isfinite(xyz).all(axis=-1)
+    encoded, out_of_gamut = srgb_from_xyz(np.where(missing[..., np.newaxis], 0.0, xyz), exposure)
+    rgb = encoded.astype(np.float32)
+    rgb[missing] = np.nan
+    return Appearance(rgb, float(exposure), float(out_of_gamut))
+
+
+def appearance(dataset: xr.Dataset, components: Sequence[str], exposure: float | None = None) -> Appearance:
+    """Show a sum of components in sRGB.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        A spectral image, in memory or in a file.
+    components : sequence of str
+        The components to be added.
+    exposure : float, optional
+        Factor on luminance in m2/cd. By default that of `auto_exposure`, for everything but `source`; give
+        the same number for pictures that are to be compared.
+
+    Returns
+    -------
+    Appearance
+
+    Raises
+    ------
+    OptionError
+        If the exposure is not a positive number.
+
+    Examples
+    --------
+    >>> from fluorspar.image.dataset import make_dataset
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> dataset = make_dataset(np.ones((7, 4, 3, 69)), Wavelengths())
+    >>> shown = appearance(dataset, ["direct_reflection"], exposure=1e-5)
+    >>> shown.rgb.shape, shown.exposure
+    ((4, 3, 3), 1e-05)
+    """
+    lit = [name for name in components if name != "source"] or components
+    xyz = xyz_of(dataset, lit)
+    if exposure is None:
+        exposure = auto_exposure(xyz)
+    if len(lit) < len(components):
+        xyz += xyz_of(dataset, ["source"])
+    shown = show(xyz, exposure)
+    _LOG.info(
+        "exposure %.4g (white is %.4g cd/m2); sRGB cannot show %.2g %% of the pixels as they are",
+        shown.exposure,
+        1 / shown.exposure,
+        100 * shown.out_of_gamut,
+    )
+    return shown

@@ -1,0 +1,164 @@
+"""The components of a spectral image: what the light did on its way to the camera.
+
+Symbols are those of Tominaga, Guarnera, Ohtera, IEEE TVCG 2026, doi 10.1109/TVCG.2026.3668980: S is the
+reflected and D_L the luminescent radiance factor, E the illumination (irradiance / pi).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from fluorspar.errors import OptionError, message
+
+__all__ = [
+    "COMPONENTS",
+    "DEFINITIONS",
+    "GROUPS",
+    "LUMINESCENT",
+    "REFLECTED",
+    "SINGLE_BOUNCE",
+    "Component",
+    "definition",
+    "select",
+]
+
+
+@dataclass(frozen=True)
+class Component:
+    """One component of the radiance towards the camera.
+
+    Parameters
+    ----------
+    number : int
+        Its number k in y_k.
+    name : str
+        Its name in data sets, files and on the command line.
+    symbol : str
+        The paper's expression for it.
+    meaning : str
+        What it is, in one line.
+    """
+
+    number: int
+    name: str
+    symbol: str
+    meaning: str
+
+
+DEFINITIONS: tuple[Component, ...] = (
+    Component(0, "source", "L", "a light source seen directly"),
+    Component(1, "direct_reflection", "S E_D", "light of the sources, reflected"),
+    Component(2, "direct_luminescence", "∫ D_L E_D", "luminescence excited by light of the sources"),
+    Component(3, "indirect_reflection", "S E_I", "light that other surfaces reflected, reflected again"),
+    Component(
+        4, "indirect_luminescence", "∫ D_L E_I", "luminescence excited by light that other surfaces reflected"
+    ),
+    Component(
+        5, "luminescent_reflection", "S E_F", "light that luminesced once on another surface, reflected"
+    ),
+    Component(
+        6, "reexcitation", "S E_FF + ∫ D_L (E_F + E_FF)", "light that luminesced twice or more, on any path"
+    ),
+)
+"""The components in their order, 1 to 5 as in the paper's Eqs. 3-13; E_FF luminesced twice or more."""
+
+COMPONENTS: tuple[str, ...] = tuple(component.name for component in DEFINITIONS)
+"""The names of the components in their order."""
+
+REFLECTED: tuple[str, ...] = (COMPONENTS[1], COMPONENTS[3])
+"""Light that never luminesced, 1 + 3: the reflection image of the paper's Figure 12."""
+
+LUMINESCENT: tuple[str, ...] = (COMPONENTS[2], COMPONENTS[4], COMPONENTS[5])
+"""Light that luminesced once, 2 + 4 + 5: the luminescence image of the paper's Figure 12."""
+
+SINGLE_BOUNCE: tuple[str, ...] = COMPONENTS[:6]
+"""Light that luminesced at most once, 0 to 5: the paper's Eq. 13 and the visible lamp."""
+
+GROUPS: dict[str, tuple[str, ...]] = {
+    "total": COMPONENTS,
+    "single_bounce": SINGLE_BOUNCE,
+    "reflected": REFLECTED,
+    "luminescent": LUMINESCENT,
+}
+"""Names for sums of components."""
+
+
+def definition(name: str) -> Component:
+    """Look up what a component is.
+
+    Parameters
+    ----------
+    name : str
+        One of `COMPONENTS`.
+
+    Returns
+    -------
+    Component
+
+    Raises
+    ------
+    OptionError
+        If there is no such component; the message lists the legal names.
+
+    Examples
+    --------
+    >>> definition("direct_luminescence").symbol
+    '∫ D_L E_D'
+    """
+    for component in DEFINITIONS:
+        if component.name == name:
+            return component
+    raise _unknown(name, COMPONENTS)
+
+
+def select(what: str | Iterable[str] | None, present: Iterable[str] = COMPONENTS) -> tuple[str, ...]:
+    """Turn a choice of components into their names, in the order of `COMPONENTS`.
+
+    Parameters
+    ----------
+    what : str or iterable of str or None
+        A component, a key of `GROUPS`, several components, or None for all.
+    present : iterable of str
+        The components the image holds. A group loses those that it does not hold (the staged method has no
+        `reexcitation`); one asked for by name must be there.
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    OptionError
+        If a name is unknown or nothing is left; the message lists the legal names.
+
+    Examples
+    --------
+    >>> select("luminescent")
+    ('direct_luminescence', 'indirect_luminescence', 'luminescent_reflection')
+    >>> select(["reexcitation", "source"])
+    ('source', 'reexcitation')
+    """
+    held = tuple(present)
+    if what is None or (isinstance(what, str) and what in GROUPS):
+        names = GROUPS["total" if what is None else what]
+        chosen = tuple(name for name in names if name in held)
+    else:
+        names = (what,) if isinstance(what, str) else tuple(what)
+        for name in names:
+            if name not in held:
+                raise _unknown(name, held)
+        chosen = tuple(name for name in COMPONENTS if name in names)
+    if not chosen:
+        raise _unknown(what, held)
+    return chosen
+
+
+def _unknown(name: object, held: Iterable[str]) -> OptionError:
+    return OptionError(
+        message(
+            "the image has no such component",
+            got=repr(name),
+            expected=f"{', '.join(held)} (or a sum: {', '.join(GROUPS)})",
+        )
+    )

@@ -1,0 +1,1 @@
+"""The one-pass method: trace light paths once, do the spectra afterwards."""

@@ -1,0 +1,90 @@
+"""Render with the one-pass method: chunk after chunk of pixels, traced and swept in overlap."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from fluorspar.paths.light_paths import LightPaths
+from fluorspar.paths.sweep import Swept, sweep
+from fluorspar.paths.tables import spectral_tables
+from fluorspar.scene.renderer import TRACE_VARIANTS, use_variant
+from fluorspar.scene.scene import Scene
+from fluorspar.spectral.donaldson import DonaldsonMatrix, Stokes
+from fluorspar.spectral.wavelengths import Wavelengths
+
+__all__ = ["CHUNK", "estimate"]
+
+CHUNK = 1 << 20  # paths traced at a time; a constant, because the random numbers of a pixel depend on it
+
+
+def estimate(
+    scene: Scene,
+    grid: Wavelengths,
+    *,
+    seed: int,
+    stokes: Stokes = "half",
+    component_errors: bool = False,
+    backend: str = "llvm",
+    threads: int | None = None,
+) -> Iterator[tuple[int, Swept]]:
+    """Yield the components of one run of pixels after another.
+
+    Parameters
+    ----------
+    scene
+        What to render, with its size, samples and depths.
+    grid
+        Wavelengths.
+    seed
+        Same seed, same result, bit for bit, whatever the number of threads.
+    stokes
+        Weight of excitation at the emission wavelength itself, see `DonaldsonMatrix`.
+    component_errors
+        Estimate a standard error for each component.
+    backend
+        `"llvm"` or `"cuda"`.
+    threads
+        Threads to use; default: all cores this process may run on.
+
+    Yields
+    ------
+    first_pixel : int
+        Number of the first pixel of the run, row by row from the top left.
+    swept : Swept
+    """
+    import drjit as dr
+
+    from fluorspar.paths.trace import Tracer
+    from fluorspar.scene.trace_scene import build_trace_scene
+
+    matrices = [made.on(grid, stokes=stokes).check(made.name) for made in scene.materials]
+    tables = spectral_tables(matrices, [light.spectrum.on(grid) for light in scene.lights])
+    settings = scene.settings
+    pixels = settings.width * settings.height
+    per_chunk = max(1, CHUNK // settings.spp)
+    chunks = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
+    workers = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or os.cpu_count() or 1
+    threads_before = dr.thread_count()
+    with use_variant(TRACE_VARIANTS[backend]), ThreadPoolExecutor(workers) as pool, ThreadPoolExecutor(1) as beside:
+        dr.set_thread_count(workers)
+        try:
+            tracer = Tracer(build_trace_scene(scene), settings, np.array([_survival(m) for m in matrices]), seed)
+            started = tracer.start(0, *chunks[0])
+            for number, (first_pixel, _) in enumerate(chunks):
+                paths: LightPaths = tracer.finish(started)
+                # The sweep runs while the next chunk is being set up, which keeps one core busy only.
+                sweeping = beside.submit(sweep, paths, tables, len(grid), pool, component_errors=component_errors)
+                if number + 1 < len(chunks):
+                    started = tracer.start(number + 1, *chunks[number + 1])
+                yield first_pixel, sweeping.result()
+        finally:
+            dr.set_thread_count(threads_before)
+
+
+def _survival(matrix: DonaldsonMatrix) -> float:
+    """Largest share of light that leaves the surface again, for Russian roulette: of any band, luminescence included."""
+    return float(min(1.0, matrix.energy_yield().max()))

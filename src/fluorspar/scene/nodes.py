@@ -1,0 +1,119 @@
+"""A scene as Mitsuba's parser sees it, before anything is built: reading and changing its nodes.
+
+Mitsuba merges equal materials and meshes when it builds a scene. The parsed nodes are still what the
+user wrote, so surfaces and lights are identified here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from fluorspar.errors import SceneError, message
+
+__all__ = ["build", "children", "copy_nodes", "kind", "label", "parse_scene", "resolving"]
+
+
+def parser_config(variant: str) -> Any:
+    """Parser settings for `variant` that merge nothing and build in a fixed order."""
+    import mitsuba as mi
+
+    config = mi.parser.ParserConfig(variant)
+    config.merge_equivalent = False
+    config.merge_meshes = False
+    return config
+
+
+@contextmanager
+def resolving(base: Path) -> Iterator[None]:
+    """Let Mitsuba resolve relative file names against the folder `base` in the body of a `with` statement."""
+    import mitsuba as mi
+
+    resolver = mi.file_resolver()
+    resolver.prepend(str(base))
+    try:
+        yield
+    finally:
+        del resolver[0]
+
+
+def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str]) -> Any:
+    """Parse a scene into a `mitsuba.parser.ParserState`; a variant must be set.
+
+    Parameters
+    ----------
+    source
+        Path of an XML file, or a Mitsuba scene dict.
+    parameters
+        Values for the `$key` substitutions of an XML file.
+
+    Raises
+    ------
+    SceneError
+        If the file is missing, malformed or refused by Mitsuba's parser.
+    """
+    import mitsuba as mi
+
+    config = parser_config(mi.variant())
+    where = "scene dict" if isinstance(source, dict) else str(source)
+    if not isinstance(source, dict) and not Path(source).is_file():
+        raise SceneError(
+            message(
+                "the scene file does not exist",
+                where=where,
+                expected="a Mitsuba 3 XML file, or the name of a built-in scene",
+                fix="check the path; 'fluorspar scenes' lists the built-in scenes",
+            )
+        )
+    try:
+        if isinstance(source, dict):
+            state = mi.parser.parse_dict(config, source)
+        else:
+            state = mi.parser.parse_file(config, str(source), **parameters)
+        mi.parser.transform_all(config, state)
+    except Exception as err:  # the parser raises bare RuntimeError, TypeError and others
+        raise SceneError(message("Mitsuba cannot read the scene", where=where, got=err, expected="a valid Mitsuba 3 scene")) from err
+    if len(state.nodes) == 0 or kind(state.nodes[0]) != "Scene":
+        raise SceneError(message("this is not a scene", where=where, expected="a top-level element of type 'scene'"))
+    return state
+
+
+def copy_nodes(state: Any) -> Any:
+    """Copy a parsed scene, so that its nodes can be changed."""
+    import mitsuba as mi
+
+    return mi.parser.ParserState(state)
+
+
+def kind(node: Any) -> str:
+    """The kind of a node: `"Shape"`, `"BSDF"`, `"Emitter"`, `"Sensor"`, `"Film"`, ..."""
+    return str(node.type).rpartition(".")[2]
+
+
+def label(node: Any, index: int) -> str:
+    """How messages name a node: its id if it has one, else its plugin and number."""
+    name = node.props.id()
+    return f"'{name}' ({node.props.plugin_name()})" if name else f"{node.props.plugin_name()} (node {index}, without id)"
+
+
+def children(state: Any, index: int) -> Iterator[tuple[str, int]]:
+    """Go through the child nodes of a node as (property name, index of the child)."""
+    import mitsuba as mi
+
+    props = state.nodes[index].props
+    for key in props.keys():
+        if props.type(key) == mi.Properties.Type.ResolvedReference:
+            yield key, props[key].index()
+
+
+def build(state: Any, index: int = 0) -> Any:
+    """Build one node, with what hangs below it, as a Mitsuba object in the variant that is set."""
+    import mitsuba as mi
+
+    part = copy_nodes(state)
+    if index:
+        part.nodes[0] = part.nodes[index]
+    built = mi.parser.instantiate(parser_config(mi.variant()), part)
+    return built[0] if isinstance(built, list) else built

@@ -1,0 +1,157 @@
+"""The `fluorescent` BSDF: how a scene file says that a surface fluoresces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fluorspar.errors import MaterialError, message
+from fluorspar.spectral.library import material
+from fluorspar.spectral.material import Material
+from fluorspar.spectral.spectrum import Spectrum
+
+__all__ = ["FLUORESCENT", "SPECTRA", "STRINGS", "register_plugins"]
+
+FLUORESCENT = "fluorescent"
+SPECTRA = ("reflectance", "emission", "excitation")
+STRINGS = ("donaldson", "material")
+
+
+def register_plugins() -> None:
+    """Make the BSDF plugin `fluorescent` known to Mitsuba, for the variant that is set now.
+
+    Needed once for each variant before stock Mitsuba tools load a scene with fluorescent surfaces;
+    Fluorspar's own functions do without. To stock integrators the plugin is a diffuse surface with the
+    reflectance S: a preview without the luminescence.
+
+    Parameters of the plugin
+    ------------------------
+    reflectance : spectrum
+        S, the reflected radiance factor.
+    emission, excitation : spectrum
+        alpha and beta; the scale of beta does not matter, it is normalised to integral 1 (1/nm).
+    donaldson : string
+        A full Donaldson matrix file, instead of the three spectra.
+    material : string
+        A material or mixture from the library (`"A:0.3,B:0.7"`), instead of the three spectra.
+    concentration : float
+        Scales the luminescence; default 1.
+
+    Raises
+    ------
+    RuntimeError
+        From Mitsuba, if no variant is set.
+
+    Examples
+    --------
+    >>> import mitsuba as mi
+    >>> mi.set_variant("scalar_rgb")
+    >>> register_plugins()
+    >>> bsdf = mi.load_dict({"type": "fluorescent", "material": "poster-red"})
+    """
+    import mitsuba as mi
+
+    mi.register_bsdf(FLUORESCENT, _make_class(mi))
+
+
+def _make_class(mi: Any) -> type:
+    """Derive the plugin from the BSDF class of the variant that is set."""
+    import drjit as dr
+
+    class Fluorescent(mi.BSDF):  # type: ignore[misc]
+        """A diffuse BSDF that carries the spectra of a fluorescent material."""
+
+        def __init__(self, props: Any) -> None:
+            mi.BSDF.__init__(self, props)
+            named = [name for name in STRINGS if props.has_property(name)]
+            self.concentration = props.get("concentration", 1.0)
+            for name in (*SPECTRA, *STRINGS):
+                # Every accepted property has to be read, or the parser refuses the scene.
+                if props.has_property(name):
+                    props.mark_queried(name)
+            if named:
+                self.reflectance = _texture(mi, material(props[named[0]]).reflectance)
+            else:
+                self.reflectance = props.get_texture("reflectance", 0.5)
+            flags = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide
+            self.m_components = [flags]
+            self.m_flags = flags
+
+        def traverse(self, callback: Any) -> None:
+            callback.put("reflectance", self.reflectance, mi.ParamFlags.Differentiable)
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            wo = mi.warp.square_to_cosine_hemisphere(sample2)
+            active &= mi.Frame3f.cos_theta(si.wi) > 0
+            bs = mi.BSDFSample3f()
+            bs.wo = wo
+            bs.pdf = mi.warp.square_to_cosine_hemisphere_pdf(wo)
+            bs.eta = 1.0
+            bs.sampled_type = mi.UInt32(+mi.BSDFFlags.DiffuseReflection)
+            bs.sampled_component = 0
+            value = self.reflectance.eval(si, active)
+            return bs, dr.select(active & (bs.pdf > 0), value, 0.0)
+
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            cos_i, cos_o = mi.Frame3f.cos_theta(si.wi), mi.Frame3f.cos_theta(wo)
+            active &= (cos_i > 0) & (cos_o > 0)
+            return dr.select(active, self.reflectance.eval(si, active) * dr.inv_pi * cos_o, 0.0)
+
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            cos_i, cos_o = mi.Frame3f.cos_theta(si.wi), mi.Frame3f.cos_theta(wo)
+            return dr.select((cos_i > 0) & (cos_o > 0), mi.warp.square_to_cosine_hemisphere_pdf(wo), 0.0)
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
+
+        def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
+            return self.reflectance.eval(si, active)
+
+        def to_string(self) -> str:
+            return f"Fluorescent[reflectance={self.reflectance}, concentration={self.concentration:g}]"
+
+    return Fluorescent
+
+
+def _texture(mi: Any, spectrum: Spectrum) -> Any:
+    """Turn a table into a Mitsuba texture of the variant that is set."""
+    finite = np.isfinite(spectrum.wavelengths)
+    if not finite.all():
+        return mi.load_dict({"type": "spectrum", "value": float(spectrum.values[0])})
+    pairs = list(zip(spectrum.wavelengths.tolist(), spectrum.values.tolist(), strict=True))
+    return mi.load_dict({"type": "spectrum", "value": pairs})
+
+
+def check_properties(names: set[str], label: str) -> None:
+    """Check that a fluorescent surface gives its material in exactly one way.
+
+    Raises
+    ------
+    MaterialError
+        If `material`, `donaldson` and spectra are mixed, or one of emission and excitation is missing.
+    """
+    given = sorted(names & {*SPECTRA, *STRINGS})
+    strings = names & set(STRINGS)
+    if strings and len(given) > 1:
+        problem = f"properties {', '.join(given)} contradict each other"
+    elif ("emission" in names) != ("excitation" in names):
+        problem = "emission and excitation belong together"
+    else:
+        return
+    raise MaterialError(
+        message(
+            problem,
+            where=label,
+            got=", ".join(given),
+            expected="'material', or 'donaldson', or 'reflectance' with 'emission' and 'excitation'",
+        )
+    )
+
+
+def material_of_spectra(name: str, reflectance: Spectrum, emission: Spectrum | None, excitation: Spectrum | None) -> Material:
+    """Make a material of the spectra a scene gives for a surface."""
+    from fluorspar.spectral.material import Fluorophore
+
+    fluorophores = () if emission is None or excitation is None else (Fluorophore(emission, excitation, name=name),)
+    return Material(name=name, reflectance=reflectance, fluorophores=fluorophores)

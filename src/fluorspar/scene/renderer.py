@@ -1,0 +1,89 @@
+"""Mitsuba's variants: choosing one for a while, and the LLVM library its vectorised variants need."""
+
+from __future__ import annotations
+
+import ctypes.util
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import metadata
+from pathlib import Path
+
+from fluorspar.errors import RendererError, message
+
+__all__ = ["SPECTRUM_VARIANT", "TRACE_VARIANTS", "configure_llvm", "find_llvm", "use_variant"]
+
+# Light paths hold no wavelength, so they are traced in a monochrome variant.
+TRACE_VARIANTS = {"llvm": "llvm_ad_mono", "cuda": "cuda_ad_mono"}
+# Spectra of Mitsuba plugins are read in this one: it evaluates them at any wavelength.
+SPECTRUM_VARIANT = "scalar_spectral"
+
+
+def find_llvm() -> Path | str | None:
+    """Locate the LLVM library that Dr.Jit is to use.
+
+    Returns
+    -------
+    Path, str or None
+        The user's `DRJIT_LIBLLVM_PATH`, else the library of the installed `karellen-llvm-core`
+        package, else the system's; None if there is none.
+    """
+    if chosen := os.environ.get("DRJIT_LIBLLVM_PATH"):
+        return chosen
+    try:
+        files = metadata.files("karellen-llvm-core") or []
+    except metadata.PackageNotFoundError:
+        files = []
+    for file in files:
+        if file.name == "libLLVM.so" and (path := Path(str(file.locate())).resolve()).exists():
+            return path
+    # The package may list its libraries relative to the installation prefix only.
+    prefixed = Path(sys.prefix, "lib", "libLLVM.so")
+    return prefixed if prefixed.exists() else ctypes.util.find_library("LLVM")
+
+
+def configure_llvm() -> None:
+    """Point Dr.Jit to a working LLVM, unless the user has set `DRJIT_LIBLLVM_PATH`.
+
+    Old system libraries (LLVM 14, 15) abort the process on processors with AVX-512, so the one
+    that came as a package is preferred. Must run before the first LLVM variant is set.
+    """
+    if "DRJIT_LIBLLVM_PATH" not in os.environ and isinstance(path := find_llvm(), Path):
+        os.environ["DRJIT_LIBLLVM_PATH"] = str(path)
+
+
+@contextmanager
+def use_variant(name: str) -> Iterator[None]:
+    """Set a Mitsuba variant for the body of a `with` statement and give the caller's back after it.
+
+    Mitsuba cannot unset a variant: where the caller had set none, `name` stays.
+
+    Raises
+    ------
+    RendererError
+        If the variant does not exist or cannot start.
+    """
+    configure_llvm()
+    import mitsuba as mi
+
+    before = mi.variant()
+    try:
+        mi.set_variant(name)
+    except ImportError as err:
+        if before is not None:
+            mi.set_variant(before)
+        backend = name.partition("_")[0]
+        fix = {
+            "llvm": "install an LLVM library: 'pip install karellen-llvm-core' on 64-bit Linux, "
+            "'apt install libllvm19' on Debian, 'brew install llvm' on macOS; then see 'fluorspar doctor'",
+            "cuda": "use variant 'llvm', or install an NVIDIA driver of version 535 or later",
+        }.get(backend, "choose one of Mitsuba's variants")
+        raise RendererError(
+            message(f"Mitsuba variant '{name}' does not start", got=err, expected=f"one of {', '.join(mi.variants())}", fix=fix)
+        ) from err
+    try:
+        yield
+    finally:
+        if before is not None:
+            mi.set_variant(before)

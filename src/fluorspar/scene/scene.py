@@ -1,0 +1,200 @@
+"""`Scene`: a Mitsuba scene taken apart into geometry, materials and lights."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from fluorspar.errors import OptionError, SceneError, SceneNotice, message
+from fluorspar.scene.builtin import BUILTIN, builtin_path
+from fluorspar.scene.nodes import children, kind, label, parse_scene, resolving
+from fluorspar.scene.renderer import SPECTRUM_VARIANT, use_variant
+from fluorspar.scene.surfaces import Light, Surface, read_surfaces
+from fluorspar.spectral.material import Material
+
+__all__ = ["Scene", "Settings", "load_scene"]
+
+UNLIMITED = -1
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How large and how well a scene is to be rendered, as its file says.
+
+    Parameters
+    ----------
+    width, height
+        Pixels of the image (of the crop window, where the film has one).
+    spp
+        Samples per pixel.
+    max_depth
+        As in Mitsuba: 1 is visible lights only, 2 adds direct light, -1 is unlimited.
+    rr_depth
+        Depth from which Russian roulette may end a path.
+    """
+
+    width: int
+    height: int
+    spp: int
+    max_depth: int = UNLIMITED
+    rr_depth: int = 5
+
+    def __post_init__(self) -> None:
+        for name, low, high in (("width", 1, 65_536), ("height", 1, 65_536), ("spp", 1, 2**22), ("rr_depth", 1, 2**31 - 1)):
+            if not low <= getattr(self, name) <= high:
+                raise OptionError(message(f"{name} is out of range", got=getattr(self, name), expected=f"{low} to {high}"))
+        if self.max_depth != UNLIMITED and self.max_depth < 1:
+            raise OptionError(message("max_depth is out of range", got=self.max_depth, expected="1 or more, or -1 for unlimited"))
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene ready to be rendered.
+
+    Attributes
+    ----------
+    name
+        File name or name of the built-in scene.
+    materials
+        The material table; `Surface.front` and `Surface.back` are rows of it.
+    lights
+        The light table.
+    surfaces
+        All shapes.
+    settings
+        Size, samples and depths from the scene file.
+    nodes
+        The scene as Mitsuba's parser sees it.
+    base
+        Folder against which its file names are resolved.
+    """
+
+    name: str
+    materials: tuple[Material, ...]
+    lights: tuple[Light, ...]
+    surfaces: tuple[Surface, ...]
+    settings: Settings
+    nodes: Any
+    base: Path
+
+    def __repr__(self) -> str:
+        s = self.settings
+        lines = [f"<Scene '{self.name}': {s.width} x {s.height} pixels, {s.spp} samples, max_depth {s.max_depth}, rr_depth {s.rr_depth}>"]
+        lines += [f"  light    {light.name}: {light.plugin}, {light.unit}" for light in self.lights]
+        for row, made in enumerate(self.materials):
+            on = ", ".join(surface.name for surface in self.surfaces if row in (surface.front, surface.back))
+            lines.append(f"  material {made.name}{' (fluorescent)' if made.fluorescent else ''}: on {on}")
+        return "\n".join(lines)
+
+    def with_settings(self, **changes: int | None) -> Scene:
+        """Copy the scene with some settings changed; None leaves a setting as it is."""
+        return replace(self, settings=replace(self.settings, **{k: v for k, v in changes.items() if v is not None}))
+
+
+def load_scene(
+    source: str | Path | dict[str, Any],
+    *,
+    materials: Mapping[str, str | Path | Material] | None = None,
+    matte: bool = False,
+    parameters: Mapping[str, object] | None = None,
+) -> Scene:
+    """Load a Mitsuba 3 scene with fluorescent surfaces.
+
+    Parameters
+    ----------
+    source
+        Path of an XML file, name of a built-in scene, or a scene dict as for `mitsuba.load_dict`
+        (plain values and transforms; objects that are already built belong to another variant).
+    materials
+        Materials from outside, by shape or BSDF id: a `Material`, a name or mixture from the library, or a file.
+    matte
+        Render textured, glossy and other surfaces as diffuse ones of their average reflectance, and
+        environment maps as constant light, with a warning each.
+    parameters
+        Values for the `$key` substitutions of an XML file.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        If the file is missing or malformed, holds a plugin the method cannot handle, or has no light or camera.
+    MaterialError, SpectrumError
+        If a material is unknown or impossible.
+
+    Examples
+    --------
+    >>> scene = load_scene("cornell-box")
+    >>> [m.name for m in scene.materials if m.fluorescent]
+    ['poster-green', 'poster-red']
+    """
+    if isinstance(source, dict):
+        name, base, read = "dict", Path.cwd(), source
+    else:
+        name = str(source)
+        read = builtin_path(name) if name in BUILTIN else Path(source)
+        base = read.resolve().parent
+    with use_variant(SPECTRUM_VARIANT), resolving(base):
+        state = parse_scene(read, {key: str(value) for key, value in (parameters or {}).items()})
+        settings = _settings(state)
+        table = read_surfaces(state, base=base, overrides=materials or {}, matte=matte)
+    return Scene(name, tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, state, base)
+
+
+def sensor_node(state: Any) -> int:
+    """Index of the first sensor of a parsed scene."""
+    sensors = [index for _, index in children(state, 0) if kind(state.nodes[index]) == "Sensor"]
+    supported = ("perspective", "thinlens", "orthographic")
+    if not sensors:
+        raise SceneError(message("the scene has no camera", expected=f"a sensor, one of {', '.join(supported)}", fix="add a sensor to the scene"))
+    node = state.nodes[sensors[0]]
+    if node.props.plugin_name() not in supported:
+        raise SceneError(
+            message(f"sensor '{node.props.plugin_name()}' is not supported", where=label(node, sensors[0]), expected=f"one of {', '.join(supported)}")
+        )
+    if len(sensors) > 1:
+        warnings.warn(f"the scene has {len(sensors)} sensors; the first one, {label(node, sensors[0])}, is used", SceneNotice, stacklevel=2)
+    return sensors[0]
+
+
+def film_node(state: Any) -> int | None:
+    """Index of the film of the first sensor, if the scene gives one."""
+    return next((i for _, i in children(state, sensor_node(state)) if kind(state.nodes[i]) == "Film"), None)
+
+
+def _settings(state: Any) -> Settings:
+    """Read size, samples and depths; what the scene leaves open is as in Mitsuba."""
+    width, height, spp = 768, 576, 4
+    for _, index in children(state, sensor_node(state)):
+        props = state.nodes[index].props
+        if kind(state.nodes[index]) == "Sampler":
+            spp = int(props.get("sample_count", 4))
+        elif kind(state.nodes[index]) == "Film":
+            width = int(props.get("crop_width", props.get("width", 768)))
+            height = int(props.get("crop_height", props.get("height", 576)))
+            for _, child in children(state, index):
+                if kind(state.nodes[child]) == "ReconstructionFilter" and state.nodes[child].props.plugin_name() != "box":
+                    warnings.warn(
+                        f"the pixel filter '{state.nodes[child].props.plugin_name()}' is replaced by a box", SceneNotice, stacklevel=2
+                    )
+    max_depth, rr_depth = UNLIMITED, 5
+    for _, index in children(state, 0):
+        if kind(state.nodes[index]) != "Integrator":
+            continue
+        props = state.nodes[index].props
+        max_depth = int(props.get("max_depth", UNLIMITED))
+        rr_depth = int(props.get("rr_depth", 5))
+        if props.plugin_name() == "direct":
+            max_depth = 2
+        elif props.plugin_name() != "path":
+            warnings.warn(f"the integrator '{props.plugin_name()}' is replaced by Fluorspar's own", SceneNotice, stacklevel=2)
+        if props.get("hide_emitters", False):
+            warnings.warn(
+                "hide_emitters is ignored: lights seen directly are component 'source', which can be left out", SceneNotice, stacklevel=2
+            )
+    return Settings(width, height, spp, max_depth, rr_depth)

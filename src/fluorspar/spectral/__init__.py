@@ -1,0 +1,1 @@
+"""Spectra, materials and colour: everything that knows wavelengths and no renderer."""

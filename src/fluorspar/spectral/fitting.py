@@ -1,0 +1,301 @@
+"""From a measured Donaldson matrix to a material: reflectance and non-negative emission and excitation spectra."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import MaterialError, message
+from fluorspar.spectral.checks import MOST_PHOTON_YIELD
+from fluorspar.spectral.factorise import Factors, Problem
+from fluorspar.spectral.material import Fluorophore, Material
+from fluorspar.spectral.matrix_noise import MatrixNoise, estimate_noise, stokes_shift
+from fluorspar.spectral.measured import MeasuredMatrix
+from fluorspar.spectral.spectrum import Spectrum, trapezoid
+from fluorspar.spectral.wavelengths import Wavelengths
+
+__all__ = ["MaterialFit", "choose_rank", "fit_material"]
+
+Array = NDArray[np.float64]
+
+MOST_TERMS = 4
+"""More terms than this are never chosen; more can be asked for."""
+
+_MORE_THAN_NOISE = 3.0  # how many times more than the same term finds in pure noise
+_ROW_TOLERANCE = 0.003  # radiance factor: 0.1 to 0.2 of CIEDE2000
+_NEGLIGIBLE = 1e-4  # of the highest value of a spectrum; written as 0
+
+
+@dataclass(frozen=True, eq=False)
+class MaterialFit:
+    """What `fit_material` found.
+
+    Attributes
+    ----------
+    material : Material
+    measured : MeasuredMatrix
+        What it was fitted to.
+    noise : MatrixNoise
+    gains : tuple of float
+        By how much the first, second, ... term lowered the misfit.
+    noise_gain : float
+        By how much a term lowers it above the diagonal, where there is only noise.
+    unexplained : float
+        Root-mean-square residual of the luminescent part over its root mean square, baselines taken out of both.
+    scaled : float
+        Factor that was put on the luminescence to keep the photon yield at 1; nearly always 1.
+    """
+
+    material: Material
+    measured: MeasuredMatrix
+    noise: MatrixNoise
+    gains: tuple[float, ...]
+    noise_gain: float
+    unexplained: float
+    scaled: float
+
+    @property
+    def rank(self) -> int:
+        """Number of fluorophores."""
+        return len(self.material.fluorophores)
+
+
+def fit_material(
+    measured: MeasuredMatrix,
+    rank: int | None = None,
+    *,
+    name: str = "",
+    smooth: bool = True,
+    support: tuple[float, float] = (300.0, 780.0),
+    description: str = "",
+    credit: str = "",
+) -> MaterialFit:
+    """Fit reflectance and K fluorophores to a measured matrix.
+
+    `D = diag(S) + sum over k of alpha_k beta_k^T` for excitation below emission, with half weight where the two are
+    equal, alpha and beta non-negative. Nothing is clipped: noise of both signs is averaged by the fit, its size is taken
+    from the cells above the diagonal, and the baseline every column has in common above and below the diagonal is not
+    taken for luminescence. S is the diagonal less the half cell of luminescence in it.
+
+    Parameters
+    ----------
+    measured
+        The matrix.
+    rank
+        Number of fluorophores, 0 included; chosen by the data if None (see `choose_rank`).
+    name, description, credit
+        Of the material.
+    smooth
+        Make the spectra as smooth as the noise allows.
+    support
+        The first and last wavelength of the tables in nm. Where the data end earlier S keeps its end value and alpha and
+        beta are 0, which `material.assumed` says.
+
+    Returns
+    -------
+    MaterialFit
+
+    Raises
+    ------
+    MaterialError
+        If the matrix gives out more than 1.15 photons per photon, or a reflectance lies outside 0 to 1 by more than noise.
+
+    Examples
+    --------
+    >>> w = np.arange(400.0, 701.0, 10.0)
+    >>> band = np.outer(np.exp(-(((w - 560) / 30) ** 2)), np.exp(-(((w - 490) / 40) ** 2)))
+    >>> cells = 0.3 * np.eye(31) + 0.05 * np.tril(band, -1)
+    >>> fit = fit_material(MeasuredMatrix(w, w, cells, "sheet"), support=(400, 700))
+    >>> fit.rank, fit.unexplained < 0.01
+    (1, True)
+    >>> fit.material.fluorophores[0].emission.at(560).round(2)
+    0.35
+    """
+    check_measured(measured)
+    shift = stokes_shift(measured.emission, measured.excitation, measured.step)
+    noise = estimate_noise(measured.cells, shift)
+    chosen, gains, noise_gain = choose_rank(measured, noise, rank)
+    problem = Problem(measured.cells, shift, noise, row_tolerance=_ROW_TOLERANCE)
+    factors = problem.nothing()
+    for _ in range(chosen):
+        factors = problem.grow(factors)
+    if smooth and chosen:
+        factors = problem.smooth(factors)
+    title = name or measured.title
+    table = _tables(measured, factors, support)
+    scaled = _photon_limit(table)
+    material = Material(
+        title,
+        Spectrum(table.wavelengths, table.reflectance, f"reflectance of {title!r}", table.assumed),
+        tuple(
+            Fluorophore(
+                Spectrum(table.wavelengths, scaled * a, f"emission of {title!r}", table.assumed),
+                Spectrum(table.wavelengths, b, f"excitation of {title!r}", table.assumed),
+                f"{title}_{k}",
+            )
+            for k, (a, b) in enumerate(zip(table.emission, table.excitation, strict=True), start=1)
+        ),
+        description=description,
+        credit=credit,
+        assumed=table.assumed,
+    )
+    return MaterialFit(
+        material, measured, noise, gains, noise_gain, _unexplained(measured, factors, shift), scaled
+    )
+
+
+def choose_rank(
+    measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None = None
+) -> tuple[int, tuple[float, ...], float]:
+    """Count the fluorophores the data call for.
+
+    A further term is accepted if it lowers the misfit three times more than one term does among the cells above the
+    diagonal, where there is nothing to find but noise. That takes the true noise as the measure, however it is
+    correlated.
+
+    Parameters
+    ----------
+    measured
+        The matrix.
+    noise
+        See `estimate_noise`.
+    rank
+        Do not choose, only return the gains up to this rank.
+
+    Returns
+    -------
+    rank : int
+    gains : tuple of float
+        Decrease of the misfit by each term tried.
+    noise_gain : float
+        The decrease a term finds in noise.
+
+    Examples
+    --------
+    >>> w = np.arange(400.0, 701.0, 10.0)
+    >>> cells = 0.3 * np.eye(31) + np.random.default_rng(1).normal(0, 0.003, (31, 31))
+    >>> grey = MeasuredMatrix(w, w, cells)
+    >>> choose_rank(grey, estimate_noise(cells, stokes_shift(w, w, 10.0)))[0]
+    0
+    """
+    shift = stokes_shift(measured.emission, measured.excitation, measured.step)
+    problem, mirror = (Problem(measured.cells, shift, noise, mirrored=side) for side in (False, True))
+    nothing = mirror.nothing()
+    share = np.count_nonzero(problem.lit) / max(1, np.count_nonzero(mirror.lit))
+    noise_gain = (nothing.misfit - mirror.grow(nothing).misfit) * share if mirror.lit.any() else 0.0
+    least = _MORE_THAN_NOISE * max(noise_gain, measured.cells.shape[0] + measured.cells.shape[1])
+    gains: list[float] = []
+    factors = problem.nothing()
+    while len(gains) < (MOST_TERMS if rank is None else rank):
+        grown = problem.grow(factors)
+        gains.append(factors.misfit - grown.misfit)
+        factors = grown
+        if rank is None and gains[-1] < least:
+            return len(gains) - 1, tuple(gains), float(noise_gain)
+    return len(gains), tuple(gains), float(noise_gain)
+
+
+def check_measured(measured: MeasuredMatrix) -> MeasuredMatrix:
+    """Return the matrix as it is if a real sample could have it.
+
+    Raises
+    ------
+    MaterialError
+        If an excitation wavelength gives out more than 1.15 times its photons: a corrupt file, or cells that are not
+        band-weighted with the step of the wavelengths.
+
+    Examples
+    --------
+    >>> w = np.array([400.0, 410.0])
+    >>> check_measured(MeasuredMatrix(w, w, [[0.5, 0], [0.1, 0.5]])).step
+    10.0
+    """
+    yields = measured.photon_yield()
+    worst = int(np.argmax(yields))
+    if yields[worst] <= MOST_PHOTON_YIELD:
+        return measured
+    column = measured.cells[:, worst]
+    largest = int(np.argmax(column))
+    raise MaterialError(
+        message(
+            "a Donaldson matrix gives out more photons than it gets",
+            where=f"{measured.title}, excitation {measured.excitation[worst]:g} nm",
+            got=f"{yields[worst]:.3g} photons per photon; the column adds up to {column.sum():.3g}, "
+            f"its largest cell is {column[largest]:.3g} at emission {measured.emission[largest]:g} nm",
+            expected=f"at most 1 (up to {MOST_PHOTON_YIELD} passes as measurement error)",
+            fix="the file is corrupt, or its cells are not what it says (band-weighted or density, step)",
+        )
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Tables:
+    """Spectra on common wavelengths (n,); emission and excitation (K, n)."""
+
+    wavelengths: Array
+    reflectance: Array
+    emission: Array
+    excitation: Array
+    assumed: str
+
+
+def _tables(measured: MeasuredMatrix, factors: Factors, support: tuple[float, float]) -> _Tables:
+    """Turn band-weighted factors into S, alpha, beta (integral 1) on the measured wavelengths within `support`."""
+    em, ex, h = measured.emission, measured.excitation, measured.step
+    first = em[0] + h * np.ceil((support[0] - em[0]) / h - 1e-6)
+    last = em[0] + h * np.floor((support[1] - em[0]) / h + 1e-6)
+    grid = Wavelengths(float(first), float(last), h).values
+    own = np.interp(measured.reflectance.wavelengths, em, np.arange(len(em))).round().astype(int)
+    excited = np.interp(measured.reflectance.wavelengths, ex, np.arange(len(ex))).round().astype(int)
+    reflectance = measured.reflectance.values - 0.5 * factors.product[own, excited]
+    emission = np.array([np.interp(grid, em, a, left=0.0, right=0.0) for a in factors.emission])
+    excitation = np.array([np.interp(grid, ex, b, left=0.0, right=0.0) for b in factors.excitation])
+    for k in range(factors.rank):
+        area = trapezoid(excitation[k], grid)
+        excitation[k] /= area
+        emission[k] *= area / h
+        for values in (emission[k], excitation[k]):
+            values[values < _NEGLIGIBLE * values.max()] = 0.0
+    return _Tables(
+        grid,
+        np.clip(np.interp(grid, measured.reflectance.wavelengths, reflectance), 0.0, 1.0),
+        emission.reshape(factors.rank, len(grid)),
+        excitation.reshape(factors.rank, len(grid)),
+        _assumptions(measured, grid, bool(factors.rank)),
+    )
+
+
+def _assumptions(measured: MeasuredMatrix, grid: Array, fluorescent: bool) -> str:
+    """Say what the tables assume outside the data."""
+    found = []
+    first, last = measured.reflectance.support
+    what = [("reflectance", first, last, "held at its value there")]
+    if fluorescent:
+        what += [
+            ("emission", float(measured.emission[0]), float(measured.emission[-1]), "taken as 0"),
+            ("excitation", float(measured.excitation[0]), float(measured.excitation[-1]), "taken as 0"),
+        ]
+    for quantity, a, b, how in what:
+        if grid[0] < a - 1e-6:
+            found.append(f"{quantity} below {a:g} nm not measured, {how}")
+        if grid[-1] > b + 1e-6:
+            found.append(f"{quantity} above {b:g} nm not measured, {how}")
+    return "; ".join(found)
+
+
+def _photon_limit(table: _Tables) -> float:
+    """Return the factor (at most 1) that keeps every photon yield at 1 or below."""
+    w, h = table.wavelengths, table.wavelengths[1] - table.wavelengths[0]
+    weights = np.tri(len(w), k=-1) + 0.5 * np.eye(len(w))
+    lit = h * (w @ (weights * (table.emission.T @ table.excitation))) / w
+    room = np.where(lit > 0, (1 - table.reflectance) / np.maximum(lit, 1e-12), np.inf)
+    return float(min(1.0, room.min()))
+
+
+def _unexplained(measured: MeasuredMatrix, factors: Factors, shift: Array) -> float:
+    lit = shift > 0.5
+    data = (measured.cells - factors.baseline)[lit]
+    total = np.sqrt(np.mean(data**2)) if data.size else 0.0
+    return float(np.sqrt(np.mean((data - factors.product[lit]) ** 2)) / total) if total else 0.0

@@ -1,0 +1,126 @@
+"""Small text tables: comment lines that may say `key: value`, an optional header, rows of numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import FluorsparError, SpectrumError, message
+
+__all__ = ["Table", "parse_table", "read_table"]
+
+_KEY = re.compile(r"^#\s*([A-Za-z][\w-]*)\s*:\s*(.*)$")
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """What a table file holds.
+
+    Attributes
+    ----------
+    keys : dict of str to str
+        The `# key: value` lines, keys in lower case; a repeated key keeps its lines, one under the other.
+    header : tuple of str
+        The cells of the header line; empty if there is none.
+    rows : ndarray of shape (M, N)
+        The numbers.
+    where : str
+        The file, for error messages.
+    """
+
+    keys: dict[str, str]
+    header: tuple[str, ...]
+    rows: NDArray[np.float64]
+    where: str
+
+
+def read_table(path: Path | Traversable, *, error: type[FluorsparError] = SpectrumError) -> Table:
+    """Read a table file: `.csv`, `.spd` or `.txt`.
+
+    Parameters
+    ----------
+    path
+        A file, or a resource of the package.
+    error
+        The exception to raise.
+
+    Raises
+    ------
+    FluorsparError
+        Of class `error`, if the file is missing, not text, or not a table of numbers.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError as err:
+        fix = "check the name and the folder"
+        raise error(message("the file does not exist", where=path, fix=fix)) from err
+    except (OSError, UnicodeDecodeError) as err:
+        raise error(message("the file cannot be read as text", where=path, got=err)) from err
+    return parse_table(text, where=str(path), error=error)
+
+
+def parse_table(text: str, *, where: str, error: type[FluorsparError] = SpectrumError) -> Table:
+    """Parse the text of a table; see `read_table`.
+
+    Cells are separated by semicolons, commas or blanks; between semicolons a decimal comma is understood.
+
+    Examples
+    --------
+    >>> table = parse_table("# name: grey\\nwavelength,reflectance\\n400,0.5\\n500,0.6", where="grey.csv")
+    >>> table.keys, table.header, table.rows.tolist()
+    ({'name': 'grey'}, ('wavelength', 'reflectance'), [[400.0, 0.5], [500.0, 0.6]])
+    """
+    keys: dict[str, str] = {}
+    header: tuple[str, ...] = ()
+    rows: list[list[float]] = []
+    width = 0
+    for number, raw in enumerate(text.splitlines(), start=1):
+        line = raw.strip()
+        if line.startswith("#"):
+            if found := _KEY.match(line):
+                key, value = found[1].lower(), found[2].strip()
+                keys[key] = f"{keys[key]}\n{value}" if key in keys else value
+            continue
+        if not line:
+            continue
+        cells = _split(line)
+        width = width or len(cells)
+        numbers = [_number(cell) for cell in cells]
+        if None in numbers and not header and not rows:
+            header = tuple(cells)
+        elif None in numbers:
+            bad = cells[numbers.index(None)]
+            raise error(message("a cell is not a number", where=f"{where}, line {number}", got=repr(bad)))
+        elif len(numbers) != width:
+            fault = "a row has the wrong number of cells"
+            raise error(message(fault, where=f"{where}, line {number}", got=len(numbers), expected=width))
+        else:
+            rows.append([value for value in numbers if value is not None])
+    if not rows:
+        raise error(message("the file holds no rows of numbers", where=where))
+    return Table(keys, header, np.array(rows, dtype=np.float64), where)
+
+
+def _split(line: str) -> list[str]:
+    if ";" in line:
+        cells = line.rstrip(";").replace(",", ".").split(";")
+    elif "," in line:
+        cells = line.rstrip(",").split(",")
+    else:
+        cells = line.split()
+    return [cell.strip() for cell in cells]
+
+
+def _number(cell: str) -> float | None:
+    if cell.lower() in ("nan", "n/a", "na"):
+        return math.nan  # named by the checks of whoever uses the table
+    try:
+        return float(cell)
+    except ValueError:
+        return None
