@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import signal
+import threading
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -12,7 +14,7 @@ from pathlib import Path
 
 from fluorspar.errors import ImageError, message
 
-__all__ = ["check_target", "replacing", "temporary_name", "write_error"]
+__all__ = ["check_target", "replacing", "temporary_name", "undisturbed", "write_error"]
 
 
 def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
@@ -136,3 +138,26 @@ def replacing(path: str | os.PathLike[str], size: int = 0) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Hold back Ctrl-C until a step that must not be torn apart is done.
+
+    Examples
+    --------
+    >>> with undisturbed():
+    ...     pass
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if before is None or threading.current_thread() is not threading.main_thread():
+        yield  # Python delivers Ctrl-C to the main thread only
+        return
+    seen: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if seen:
+            signal.raise_signal(signal.SIGINT)

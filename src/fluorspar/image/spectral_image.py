@@ -8,6 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ImageError, OptionError, message
@@ -406,9 +407,8 @@ class SpectralImage:
             )
         pixel = self.dataset.isel(x=x, y=y).load()
         # one by one, as in total(): numpy's sum may add in another order
-        values = pixel["radiance"].values
-        total = values[0].copy()
-        for component in values[1:]:
+        total = np.zeros(len(self.wavelengths), np.float32)
+        for component in pixel["radiance"].values:
             total += component
         return pixel.assign(
             total=("wavelength", total, {"units": UNITS, "long_name": "total spectral radiance"})

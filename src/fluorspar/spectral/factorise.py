@@ -1,8 +1,9 @@
 """Split the luminescent part of a measured Donaldson matrix into non-negative factors.
 
-`cells = diag(S) + sum over k of a_k b_k^T on the Stokes side + baseline of each column + noise`. The factors are found by
-scipy's L-BFGS-B with bounds; the baselines, which are linear, are eliminated in closed form, and S takes up what is left
-on the diagonal.
+`cells = diag(S) + sum over k of a_k b_k^T on the Stokes side + baseline of each column + noise`. With b held the model is
+linear in a, and the other way round, so each half is a non-negative least-squares problem that scipy solves; the two take
+turns until nothing changes. The baselines are linear too and are eliminated in closed form; S takes up what is left on
+the diagonal.
 """
 
 from __future__ import annotations
@@ -17,6 +18,10 @@ from fluorspar.spectral.matrix_noise import MatrixNoise, baseline_shapes
 __all__ = ["Factors", "Problem"]
 
 Array = NDArray[np.float64]
+
+_TURNS = 200
+_SETTLED = 1e-5  # relative change of the misfit
+_ROUNDS = 10  # of the search for the weight of the curvature: a factor of 10 / 2**10 decades
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,76 +96,70 @@ class Problem:
     ) -> None:
         self.cells = cells
         self.lit = (shift < -0.5) if mirrored else (shift > 0.5)
-        near = np.abs(shift) < 1.5
-        self.weight = np.where(near, noise.near**-2, noise.white**-2) * (np.abs(shift) > 0.5)
-        self.shapes = baseline_shapes(len(cells))
-        self.stiffness = np.array([noise.offset**-2, noise.tilt**-2])
-        normal = np.einsum("am,mp,bm->pab", self.shapes, self.weight, self.shapes) + np.diag(self.stiffness)
-        self.inverse = np.linalg.inv(normal)
         self.row_weight = row_tolerance**-2
         self.row_sums = (cells * self.lit).sum(axis=1)
+        near = np.abs(shift) < 1.5
+        self.weight = np.where(near, noise.near**-2, noise.white**-2) * (np.abs(shift) > 0.5)
+        self._shapes = baseline_shapes(len(cells))
+        self._stiffness = np.array([noise.offset**-2, noise.tilt**-2])
+        self._set_precision()
+
+    def _set_precision(self) -> None:
+        """Inverse covariance of each column's cells (P, M, M), white noise and baseline together (Woodbury)."""
+        shapes, weight = self._shapes, self.weight
+        normal = np.einsum("am,mp,bm->pab", shapes, weight, shapes) + np.diag(self._stiffness)
+        self._solver = np.linalg.inv(normal)
+        weighted = shapes[:, :, None] * weight
+        precision = np.einsum("mp,mn->pmn", weight, np.eye(len(shapes.T)))
+        precision -= np.einsum("amp,pab,bnp->pmn", weighted, self._solver, weighted, optimize=True)
+        self._pull = np.einsum("pmn,np->mp", precision, self.cells) * self.lit
+        self._precision = precision * (self.lit.T[:, :, None] & self.lit.T[:, None, :])
 
     def nothing(self) -> Factors:
         """Return the factors of a surface without luminescence."""
         m, p = self.cells.shape
         return self._factors(np.zeros((0, m)), np.zeros((0, p)), 0.0)
 
-    def grow(self, factors: Factors, curvature: float = 0.0) -> Factors:
+    def grow(self, factors: Factors) -> Factors:
         """Return the best fit with one term more, started from `factors` and the strongest pattern they leave."""
         left = np.where(self.lit, self.cells - factors.baseline - factors.product, 0.0)
         u, s, vt = np.linalg.svd(np.maximum(left, 0.0))
-        scale = np.sqrt(s[0])
-        a, b = np.abs(u[:, 0]) * scale, np.abs(vt[0]) * scale
-        a, b = (
-            a + 1e-3 * a.max(),
-            b + 1e-3 * b.max(),
-        )  # a factor that starts at 0 with its partner never leaves it
-        return self.fit(
-            np.vstack([factors.emission, a]), np.vstack([factors.excitation, b]), curvature=curvature
-        )
+        emission = np.vstack([factors.emission, np.abs(u[:, 0]) * np.sqrt(s[0])])
+        excitation = np.vstack([factors.excitation, np.abs(vt[0]) * np.sqrt(s[0])])
+        return self.fit(emission, excitation)
 
     def fit(self, emission: Array, excitation: Array, *, curvature: float = 0.0) -> Factors:
         """Return the best non-negative factors, started from `emission` (K, M) and `excitation` (K, P).
 
-        The penalty is `curvature` times the squared second differences of both. It is blind to the scale that a and b
-        can exchange, because the optimum balances it.
+        The penalty is `curvature` times the squared second differences of both; the scale that a and b can exchange is
+        set so that both bend as much.
         """
-        from scipy.optimize import minimize
+        a, b = emission, excitation
+        cost = np.inf
+        for _ in range(_TURNS):
+            a = self._solve(*self._for_emission(b), curvature)
+            b = self._solve(*self._for_excitation(a), curvature)
+            bent_a, bent_b = (np.linalg.norm(np.diff(x, 2, axis=1), axis=1) for x in (a, b))
+            balance = np.sqrt((bent_b + 1e-12) / (bent_a + 1e-12))[:, None]
+            a, b = a * balance, b / balance
+            before = cost
+            cost = self._misfit(a.T @ b)[0] + curvature * 2 * float(bent_a @ bent_b)
+            if before - cost < _SETTLED * cost:
+                break
+        return self._factors(a, b, curvature)
 
-        (k, m), p = emission.shape, excitation.shape[1]
-        bend_m, bend_p = (np.diff(np.eye(n), 2, axis=0) for n in (m, p))
-
-        def cost(x: Array) -> tuple[float, Array]:
-            a, b = x[: k * m].reshape(k, m), x[k * m :].reshape(k, p)
-            value, slope, _ = self._misfit(a.T @ b)
-            bent_a, bent_b = a @ bend_m.T, b @ bend_p.T
-            value += curvature * float(np.sum(bent_a**2) + np.sum(bent_b**2))
-            slope_a = b @ slope.T + 2 * curvature * bent_a @ bend_m
-            slope_b = a @ slope + 2 * curvature * bent_b @ bend_p
-            return value, np.concatenate([slope_a.ravel(), slope_b.ravel()])
-
-        start = np.concatenate([emission.ravel(), excitation.ravel()])
-        found = minimize(
-            cost,
-            start,
-            jac=True,
-            method="L-BFGS-B",
-            bounds=[(0, None)] * len(start),
-            options={"maxiter": 3000, "maxfun": 4000, "maxcor": 30, "ftol": 1e-10, "gtol": 1e-6},
-        )
-        return self._factors(found.x[: k * m].reshape(k, m), found.x[k * m :].reshape(k, p), curvature)
-
-    def smooth(self, factors: Factors, rounds: int = 9) -> Factors:
+    def smooth(self, factors: Factors) -> Factors:
         """Return the smoothest factors the noise allows.
 
         The true factors miss the data by more than the best fit does, on average by one unit of misfit per free number.
-        So the curvature is penalised until the misfit has grown by that much.
+        So the curvature is penalised until the misfit has grown by that much (times the mean misfit of a cell, where
+        that is more than one: then the model, not the noise, is what limits the fit).
         """
         free = factors.rank * (len(self.cells) + self.cells.shape[1] - 1)
         allowed = factors.misfit + free * max(1.0, factors.misfit / np.count_nonzero(self.weight))
         low, high = -2.0, 8.0  # log10 of the weight of the penalty
         best = factors
-        for _ in range(rounds):
+        for _ in range(_ROUNDS):
             middle = (low + high) / 2
             tried = self.fit(best.emission, best.excitation, curvature=10.0**middle)
             if tried.misfit <= allowed:
@@ -169,22 +168,51 @@ class Problem:
                 high = middle
         return best
 
+    def _for_emission(self, b: Array) -> tuple[Array, Array]:
+        """Normal equations of the emission factors: matrix (K, M, K, M) and right side (K, M)."""
+        normal = np.einsum("kp,lp,pmn->kmln", b, b, self._precision, optimize=True)
+        right = np.einsum("kp,mp->km", b, self._pull)
+        sums = b @ self.lit.T
+        each = np.arange(sums.shape[1])
+        normal[:, each, :, each] += self.row_weight * np.einsum("km,lm->mkl", sums, sums)
+        return normal, right + self.row_weight * sums * self.row_sums
+
+    def _for_excitation(self, a: Array) -> tuple[Array, Array]:
+        """Normal equations of the excitation factors: matrix (K, P, K, P) and right side (K, P)."""
+        lit = a[:, :, None] * self.lit
+        normal = self.row_weight * np.einsum("kmp,lmq->kplq", lit, lit, optimize=True)
+        each = np.arange(lit.shape[2])
+        normal[:, each, :, each] += np.einsum("km,pmn,ln->pkl", a, self._precision, a, optimize=True)
+        right = np.einsum("km,mp->kp", a, self._pull)
+        return normal, right + self.row_weight * np.einsum("kmp,m->kp", lit, self.row_sums)
+
+    @staticmethod
+    def _solve(normal: Array, right: Array, curvature: float) -> Array:
+        """Solve the normal equations for non-negative factors of shape (K, N), with the curvature penalty."""
+        from scipy.linalg import cholesky, solve_triangular
+        from scipy.optimize import nnls
+
+        k, n = right.shape
+        bend = np.diff(np.eye(n), 2, axis=0)
+        for term in range(k):
+            normal[term, :, term, :] += curvature * bend.T @ bend
+        matrix = normal.reshape(k * n, k * n)
+        scale = np.sqrt(np.maximum(np.diag(matrix), 1e-9 * np.diag(matrix).max() + 1e-300))
+        matrix = matrix / np.outer(scale, scale)
+        upper = cholesky(matrix + 1e-7 * np.eye(k * n))  # the ridge settles numbers no cell depends on
+        target = solve_triangular(upper, right.ravel() / scale, trans="T")
+        return np.asarray(nnls(upper, target, maxiter=20 * k * n)[0] / scale).reshape(k, n)
+
     def _factors(self, a: Array, b: Array, curvature: float) -> Factors:
-        misfit, _, baseline = self._misfit(a.T @ b)
+        misfit, baseline = self._misfit(a.T @ b)
         return Factors(a, b, baseline, misfit, curvature)
 
-    def _misfit(self, product: Array) -> tuple[float, Array, Array]:
-        """Return the misfit of a product (M, P), its slope with respect to the product, and the baseline, both (M, P)."""
+    def _misfit(self, product: Array) -> tuple[float, Array]:
+        """Return the misfit of a product (M, P) and the baseline (M, P) that goes with it."""
         model = np.where(self.lit, product, 0.0)
         left = self.cells - model
-        strength = np.einsum("pab,bm,mp->pa", self.inverse, self.shapes, self.weight * left)
-        baseline = (strength @ self.shapes).T
-        left = left - baseline
-        off = model.sum(axis=1) - self.row_sums
-        misfit = (
-            np.sum(self.weight * left**2)
-            + np.sum(strength**2 * self.stiffness)
-            + self.row_weight * np.sum(off**2)
-        )
-        slope = np.where(self.lit, 2 * self.row_weight * off[:, None] - 2 * self.weight * left, 0.0)
-        return float(misfit), slope, baseline
+        strength = np.einsum("pab,bm,mp->pa", self._solver, self._shapes, self.weight * left)
+        baseline = (strength @ self._shapes).T
+        misfit = np.sum(self.weight * (left - baseline) ** 2) + np.sum(strength**2 * self._stiffness)
+        misfit += self.row_weight * np.sum((model.sum(axis=1) - self.row_sums) ** 2)
+        return float(misfit), baseline

@@ -20,7 +20,7 @@ __all__ = ["MaterialFit", "choose_rank", "fit_material"]
 
 Array = NDArray[np.float64]
 
-MOST_TERMS = 4
+MOST_TERMS = 3
 """More terms than this are never chosen; more can be asked for."""
 
 _MORE_THAN_NOISE = 3.0  # how many times more than the same term finds in pure noise

@@ -107,7 +107,9 @@ def read_material(path: Path | Traversable) -> Material:
     Raises
     ------
     MaterialError
-        If the file is missing or malformed, or its numbers are physically impossible.
+        If the file is missing or malformed.
+    SpectrumError
+        If the reflectance of a measured matrix leaves 0 to 1.
 
     Examples
     --------
@@ -127,6 +129,13 @@ def read_material(path: Path | Traversable) -> Material:
     ('dye', 1.0)
     """
     stem, _, suffix = path.name.rpartition(".")
+    if suffix.lower() not in ("csv", "bfc"):
+        raise MaterialError(
+            message("a material file has an unknown suffix", where=path, expected=".csv or .bfc")
+        )
+    if not path.is_file():
+        fix = "check the name and the folder"
+        raise MaterialError(message("the material file does not exist", where=path, fix=fix))
     if suffix.lower() == "bfc":
         return Material.from_matrix(stem, _read_bfc(Path(str(path))))
     if suffix.lower() != "csv":

@@ -77,7 +77,7 @@ class MeasuredMatrix:
         check_stokes_side(self._luminescent_cells(), self.emission, self.excitation, self.title)
 
     def _check_wavelengths(self) -> None:
-        for what, values in (("emission", self.emission), ("excitation", self.excitation)):
+        for what, values in (("excitation", self.excitation), ("emission", self.emission)):
             if len(values) < 2 or not np.all(np.diff(values) > 0):
                 fault = f"the {what} wavelengths of a Donaldson matrix do not ascend"
                 raise MaterialError(message(fault, where=self.title, got=values))

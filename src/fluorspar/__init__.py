@@ -1,0 +1,72 @@
+"""Fluorspar: spectral images of scenes with fluorescent objects, on a renderer that knows nothing of fluorescence.
+
+The public names are imported when they are first used. Importing Fluorspar sets no Mitsuba variant, reads no
+file and prints nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version as _version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fluorspar.image.components import COMPONENTS
+    from fluorspar.image.spectral_image import SpectralImage
+    from fluorspar.render import render
+    from fluorspar.scene.plugin import register_plugins
+    from fluorspar.scene.scene import Scene, load_scene
+    from fluorspar.spectral.donaldson import DonaldsonMatrix
+    from fluorspar.spectral.illuminants import illuminant
+    from fluorspar.spectral.library import material, materials
+    from fluorspar.spectral.material import Fluorophore, Material
+    from fluorspar.spectral.spectrum import Spectrum
+    from fluorspar.spectral.wavelengths import Wavelengths
+
+__version__ = _version("fluorspar")
+
+_HOME = {
+    "COMPONENTS": "image.components",
+    "DonaldsonMatrix": "spectral.donaldson",
+    "Fluorophore": "spectral.material",
+    "Material": "spectral.material",
+    "Scene": "scene.scene",
+    "SpectralImage": "image.spectral_image",
+    "Spectrum": "spectral.spectrum",
+    "Wavelengths": "spectral.wavelengths",
+    "illuminant": "spectral.illuminants",
+    "load_scene": "scene.scene",
+    "material": "spectral.library",
+    "materials": "spectral.library",
+    "register_plugins": "scene.plugin",
+    "render": "render",
+}
+
+__all__ = [
+    "COMPONENTS",
+    "DonaldsonMatrix",
+    "Fluorophore",
+    "Material",
+    "Scene",
+    "SpectralImage",
+    "Spectrum",
+    "Wavelengths",
+    "illuminant",
+    "load_scene",
+    "material",
+    "materials",
+    "register_plugins",
+    "render",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'fluorspar' has no attribute '{name}'")
+    value = getattr(import_module(f"fluorspar.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

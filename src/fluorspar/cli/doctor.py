@@ -1,0 +1,60 @@
+"""`fluorspar doctor`: does everything work on this machine?"""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+from importlib import metadata
+
+import typer
+
+from fluorspar.cli import console
+
+__all__ = ["doctor"]
+
+_PACKAGES = ("fluorspar", "mitsuba", "drjit", "numpy", "numba", "xarray", "h5netcdf", "OpenEXR", "colour-science", "karellen-llvm-core")
+# A wrong LLVM aborts the process, so each variant is tried in a process of its own.
+_TRY = """
+from fluorspar.scene.renderer import use_variant
+with use_variant("{variant}"):
+    import drjit as dr
+    import mitsuba as mi
+    scene = mi.load_dict({{"type": "scene", "sphere": {{"type": "sphere"}}, "light": {{"type": "constant"}}}})
+    ray = mi.Ray3f(mi.Point3f(0, 0, -5), mi.Vector3f(0, 0, 1))
+    assert bool(dr.all(scene.ray_intersect(ray).is_valid()))
+    if not "{variant}".startswith("scalar"):
+        print(dr.detail.llvm_version() if "{variant}".startswith("llvm") and hasattr(dr.detail, "llvm_version") else "", end="")
+"""
+
+
+def doctor() -> None:
+    """Say which LLVM is used, which variants work, versions and cores.
+
+    Example:  fluorspar doctor
+    """
+    from fluorspar.scene.renderer import SPECTRUM_VARIANT, TRACE_VARIANTS, find_llvm
+
+    def line(label: str, text: object) -> None:
+        console.out.print(f"{label:<20}{text}", markup=False, highlight=False)
+
+    line("python", f"{platform.python_version()} on {platform.platform()}")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    line("cores", f"{cores} usable, of {os.cpu_count()}")
+    for package in _PACKAGES:
+        try:
+            line(package, metadata.version(package))
+        except metadata.PackageNotFoundError:
+            line(package, "not installed")
+    line("LLVM library", find_llvm() or "none found: pip install karellen-llvm-core, or install LLVM 16 or later")
+    works = {}
+    for backend, variant in {"spectra": SPECTRUM_VARIANT, **TRACE_VARIANTS}.items():
+        with console.err.status(f"trying {variant}"):
+            tried = subprocess.run([sys.executable, "-c", _TRY.format(variant=variant)], capture_output=True, text=True, check=False)
+        works[backend] = tried.returncode == 0
+        reason = (tried.stderr.strip().splitlines() or [f"the process ended with code {tried.returncode}"])[-1]
+        line(variant, "works" if works[backend] else f"does not work: {reason}")
+    if not (works["spectra"] and works["llvm"]):
+        console.error("rendering will not work on this machine")
+        raise typer.Exit(2)

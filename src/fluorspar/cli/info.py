@@ -1,0 +1,39 @@
+"""`fluorspar info`: what a file holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fluorspar.cli import console
+
+__all__ = ["info"]
+
+
+def info(
+    file: Annotated[str, typer.Argument(help="A spectral image (.nc, .exr), a scene (.xml or built-in) or a material (.csv, .bfc, or a name).")],
+) -> None:
+    """Say what an image, a scene or a material holds.
+
+    Example:  fluorspar info box.nc
+    """
+    from fluorspar.scene.builtin import BUILTIN
+
+    suffix = Path(file).suffix.lower()
+    if suffix in (".nc", ".exr"):
+        from fluorspar.image.spectral_image import SpectralImage
+
+        with SpectralImage.open(file) as image:
+            console.out.print(str(image), markup=False, highlight=False)
+            for name, value in image.attrs.items():
+                console.out.print(f"  {name + ':':<17}{value}", markup=False, highlight=False)
+    elif suffix == ".xml" or file in BUILTIN:
+        from fluorspar.scene.scene import load_scene
+
+        console.out.print(str(load_scene(file)), markup=False, highlight=False)
+    else:
+        from fluorspar.spectral.library import material
+
+        console.out.print(str(material(file)), markup=False, highlight=False)

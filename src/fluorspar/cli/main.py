@@ -1,0 +1,73 @@
+"""The command `fluorspar`: gathers the subcommands and turns errors into messages and exit codes."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import warnings
+from typing import Annotated, TextIO
+
+import typer
+
+import fluorspar
+from fluorspar.cli import console
+from fluorspar.cli.doctor import doctor
+from fluorspar.cli.info import info
+from fluorspar.cli.materials import materials
+from fluorspar.cli.render import render
+from fluorspar.cli.scenes import scenes
+from fluorspar.errors import FluorsparError, FluorsparWarning
+
+__all__ = ["app", "main"]
+
+USER_ERROR = 2
+INTERRUPTED = 130
+
+app = typer.Typer(
+    name="fluorspar",
+    help="Spectral images of scenes with fluorescent objects.\n\nExample:  fluorspar render cornell-box -o box.nc -o box.png",
+    no_args_is_help=True,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+app.command()(render)
+app.command()(info)
+app.command()(scenes)
+app.add_typer(materials, name="materials")
+app.command()(doctor)
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Say more about what is done.")] = False,
+) -> None:
+    if version:
+        console.out.print(f"fluorspar {fluorspar.__version__}", highlight=False)
+        raise typer.Exit
+    logging.basicConfig(level=logging.INFO if verbose else logging.WARNING, format="%(message)s")
+
+
+def main() -> None:
+    """Run the command line; errors a user can mend end with a message and exit code 2."""
+    warnings.simplefilter("always", FluorsparWarning)
+    warnings.showwarning = _show_warning
+    try:
+        app()
+    except FluorsparError as err:
+        console.error(str(err))
+        sys.exit(USER_ERROR)
+    except KeyboardInterrupt:
+        console.error("interrupted")
+        sys.exit(INTERRUPTED)
+
+
+def _show_warning(
+    text: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None, line: str | None = None
+) -> None:
+    if issubclass(category, FluorsparWarning):
+        console.warning(str(text))
+    else:
+        logging.getLogger("fluorspar").info("%s: %s", category.__name__, text)

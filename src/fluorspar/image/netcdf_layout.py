@@ -1,0 +1,136 @@
+"""How a spectral image lies in a NetCDF file, and a file object that survives a full disk."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fluorspar.image.dataset import DIMS, UNITS, VARIABLES, WAVELENGTH_ATTRS
+from fluorspar.spectral.wavelengths import Wavelengths
+
+__all__ = ["PatientFile", "chunk_rows", "create"]
+
+_CHUNK_BYTES = 16 * 2**20  # rows of all components that go to the file together
+
+
+class PatientFile(io.FileIO):
+    """A file that keeps an error of writing to itself until `check` is called.
+
+    HDF5 1.14 and 2.0 crash the whole process when the disk fills up while data are in their cache, so they
+    must not learn of it.
+
+    Parameters
+    ----------
+    path : Path
+        The file to be created.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with PatientFile(Path(tempfile.mkdtemp()) / "a") as file:
+    ...     written = file.write(b"spectrum")
+    ...     file.check()
+    >>> written
+    8
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w+b")
+        self.error: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        """Write all of `data`, or pretend to after an error."""
+        view = memoryview(data).cast("B")
+        done = 0
+        try:
+            while self.error is None and done < len(view):
+                done += super().write(view[done:]) or 0
+        except OSError as err:
+            self.error = err
+        return len(view)
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the length of the file, or pretend to after an error."""
+        try:
+            return super().truncate(size)
+        except OSError as err:
+            self.error = self.error or err
+            return size or 0
+
+    def check(self) -> None:
+        """Raise the first error of writing, if there was one.
+
+        Raises
+        ------
+        OSError
+        """
+        if self.error is not None:
+            raise self.error
+
+
+def chunk_rows(components: int, height: int, width: int, bands: int) -> int:
+    """Number of rows that are written together.
+
+    Examples
+    --------
+    >>> chunk_rows(components=7, height=512, width=512, bands=69)
+    16
+    """
+    rows = _CHUNK_BYTES // (4 * components * width * bands)
+    return max(min(rows, height, 64), 1)
+
+
+def create(
+    stream: PatientFile,
+    wavelengths: Wavelengths,
+    components: Sequence[str],
+    height: int,
+    width: int,
+    variables: Sequence[str],
+    compression: int,
+) -> Any:
+    """Lay out a NetCDF file without pixels: what is never written reads as NaN and takes no space.
+
+    Parameters
+    ----------
+    stream : PatientFile
+    wavelengths : Wavelengths
+    components : sequence of str
+    height, width : int
+    variables : sequence of str
+        Some of `VARIABLES`.
+    compression : int
+        zlib level, 0 for none.
+
+    Returns
+    -------
+    h5netcdf.File
+        To be closed before `stream`.
+    """
+    import h5netcdf
+    import h5py
+
+    file = h5netcdf.File(stream, "w")
+    sizes = dict(zip(DIMS, (len(components), height, width, len(wavelengths)), strict=True))
+    file.dimensions = sizes
+    names = file.create_variable("component", ("component",), h5py.string_dtype())
+    names[...] = np.array(components, object)
+    wavelength = file.create_variable("wavelength", ("wavelength",), np.float64)
+    wavelength[...] = wavelengths.values
+    wavelength.attrs.update(WAVELENGTH_ATTRS)
+    # one component a chunk, so that a component can be read without the others
+    extents = {**sizes, "component": 1, "y": chunk_rows(len(components), height, width, len(wavelengths))}
+    filters: dict[str, Any] = {}
+    if compression:
+        filters = {"compression": "gzip", "compression_opts": compression, "shuffle": True}
+    for name in variables:
+        long_name, dims = VARIABLES[name]
+        chunks = tuple(extents[dim] for dim in dims)
+        missing = np.float32(np.nan)
+        variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks, **filters)
+        variable.attrs.update({"units": UNITS, "long_name": long_name})
+    return file
