@@ -14,9 +14,11 @@ W = np.arange(400.0, 701.0, 10.0)
 
 
 def test_photon_yield_counts_photons_not_energy() -> None:
-    # 0.4 of the energy from 400 nm leaves at 500 nm, 0.3 at 600 nm: 0.4 x 1.25 + 0.3 x 1.5 photons
-    band = np.array([[0.4], [0.3]])
-    assert photon_yield(band, np.array([500.0, 600.0]), np.array([400.0])) == pytest.approx([0.95])
+    # of the energy from 400 nm, 0.4 leaves at 500 and 0.3 at 600 nm: 0.4 x 1.25 + 0.3 x 1.5 photons
+    # of the energy from 480 nm, 0.2 leaves at 600 nm: 0.2 x 1.25
+    band = np.array([[0.4, 0.0], [0.3, 0.2]])
+    found = photon_yield(band, np.array([500.0, 600.0]), np.array([400.0, 480.0]))
+    assert found == pytest.approx([0.95, 0.25])
 
 
 @pytest.mark.parametrize("total", [0.3, 1.0])

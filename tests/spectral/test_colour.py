@@ -71,6 +71,9 @@ def test_the_range_of_the_sum() -> None:
 def test_images_keep_their_shape() -> None:
     radiance = np.random.default_rng(0).uniform(size=(2, 3, len(VISIBLE)))
     assert xyz_from_radiance(radiance, VISIBLE).shape == (2, 3, 3)
+    assert xyz_from_radiance(radiance.astype("f4"), VISIBLE) == pytest.approx(
+        xyz_from_radiance(radiance, VISIBLE), rel=2e-6
+    )
     assert luminance(radiance, VISIBLE) == pytest.approx(xyz_from_radiance(radiance, VISIBLE)[..., 1])
 
 

@@ -41,7 +41,7 @@ class TestExcitationIsNormalisedOnce:
         assert dye.excitation.at(500) == pytest.approx(1 / (20 * np.sqrt(2 * np.pi)), rel=1e-6)
 
     def test_the_render_grid_does_not_matter(self) -> None:
-        """A grid from 360 nm sees 340/400 of an excitation of 300-700 nm; beta is not stretched to fill it."""
+        """A grid from 360 nm sees 340/400 of an excitation of 300-700 nm; beta is not stretched."""
         dye = Fluorophore(bell(650, 10, 0.1), Spectrum([300, 700], [5, 5]))
         for step in (2.5, 5, 10):
             beta = Material("m", Spectrum.constant(0), (dye,)).on(Wavelengths(360, 700, step)).excitation[0]

@@ -99,7 +99,7 @@ class TestOnOtherGrids:
         assert 5 * density[20, 0] == pytest.approx(0.5 * matrix.cells[12, 10])
 
     def test_light_shifted_in_all_is_the_same_on_every_grid(self) -> None:
-        """Flat light from 400-500 nm into 520-640 nm: the double integral of the plane by the trapezoid rule."""
+        """Flat light from 400-500 nm into 520-640 nm: the double integral of the plane."""
         totals = []
         for step in (2, 5, 10):
             grid = Wavelengths(380, 780, step)

@@ -127,9 +127,31 @@ def read_exr(path: str | os.PathLike[str]) -> xr.Dataset:
     fluorspar.errors.ImageError: the image file does not exist
       where:    no-such-file.exr
     """
+    described, parts = _read_parts(Path(path))
+    grid = Wavelengths(*described["wavelengths"])
+    channels = [channel_name(wavelength) for wavelength in grid.values]
+    components = [name for name in COMPONENTS if name in described["parts"]]
+    layers: dict[str, list[list[NDArray[np.float32]]]] = {variable: [] for variable in VARIABLES}
+    for name in described["parts"]:
+        if name not in parts or any(channel not in parts[name].channels for channel in channels):
+            raise _damaged(Path(path), f"part {name!r} is incomplete")
+        planes = [parts[name].channels[channel].pixels for channel in channels]
+        layers["radiance" if name in COMPONENTS else name.partition(".")[0]].append(planes)
+    arrays = {variable: _assembled(planes) for variable, planes in layers.items() if planes}
+    return make_dataset(
+        arrays["radiance"],
+        grid,
+        arrays["standard_error"][0] if "standard_error" in arrays else None,
+        described["attrs"],
+        component_standard_error=arrays.get("component_standard_error"),
+        components=components,
+    )
+
+
+def _read_parts(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What `write_exr` noted, and the parts of the file by name."""
     import OpenEXR
 
-    path = Path(path)
     if not path.is_file():
         raise ImageError(message("the image file does not exist", where=path))
     with path.open("rb") as stream:
@@ -142,36 +164,16 @@ def read_exr(path: str | os.PathLike[str]) -> xr.Dataset:
             file = OpenEXR.File(str(path), separate_channels=True)
     except (RuntimeError, ValueError, OSError) as err:
         raise _damaged(path, str(err)) from err
-    grid = Wavelengths(*described["wavelengths"])
-    channels = [channel_name(wavelength) for wavelength in grid.values]
-    with file:
-        parts = {part.name(): part for part in file.parts}
-        arrays: dict[str, NDArray[np.float32]] = {}
-        components = [name for name in COMPONENTS if name in described["parts"]]
-        for name in described["parts"]:
-            if name not in parts or any(channel not in parts[name].channels for channel in channels):
-                raise _damaged(path, f"part {name!r} is incomplete")
-            planes = [parts[name].channels[channel].pixels for channel in channels]
-            variable, _, component = name.partition(".")
-            if name in COMPONENTS:
-                variable, component = "radiance", name
-            if component:
-                shape = (len(components), *planes[0].shape, len(grid))
-                array = arrays.setdefault(variable, np.empty(shape, np.float32))[components.index(component)]
-            else:
-                array = arrays[variable] = np.empty((*planes[0].shape, len(grid)), np.float32)
-            for rows in _row_blocks(len(array)):
-                np.stack([plane[rows] for plane in planes], axis=-1, out=array[rows])
-            del planes
-            parts.pop(name).channels = {}  # so that the image is in memory once, not twice
-    return make_dataset(
-        arrays["radiance"],
-        grid,
-        arrays.get("standard_error"),
-        described["attrs"],
-        component_standard_error=arrays.get("component_standard_error"),
-        components=components,
-    )
+    return described, {part.name(): part for part in file.parts}
+
+
+def _assembled(layers: list[list[NDArray[np.float32]]]) -> NDArray[np.float32]:
+    """Turn planes of one wavelength each into an ndarray of shape (layers, Y, X, N)."""
+    array = np.empty((len(layers), *layers[0][0].shape, len(layers[0])), np.float32)
+    for layer, planes in zip(array, layers, strict=True):
+        for rows in _row_blocks(len(layer)):
+            np.stack([plane[rows] for plane in planes], axis=-1, out=layer[rows])
+    return array
 
 
 @contextmanager

@@ -36,8 +36,8 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, compressi
     path : str or path-like
         The file to be written or replaced.
     compression : int
-        zlib level 0 to 9. Rendered radiance is noise in its low bits: level 1 saves about a tenth of the
-        space and takes some twenty times as long as level 0, higher levels save hardly more.
+        zlib level 0 to 9. Level 1 saves half of the space of a rendered Cornell box and takes ten times as
+        long as level 0; higher levels save hardly more.
 
     Raises
     ------
@@ -47,7 +47,9 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, compressi
     Examples
     --------
     >>> import tempfile
+    >>> import numpy as np
     >>> from fluorspar.image.dataset import make_dataset
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> path = Path(tempfile.mkdtemp()) / "room.nc"
     >>> write_netcdf(make_dataset(np.ones((7, 4, 3, 69)), Wavelengths(), attrs={"spp": 16}), path)
     >>> read_netcdf(path).attrs["spp"]

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.light_paths import SLOTS, TILE, LightPaths
-from fluorspar.paths.tables import SpectralTables
+from fluorspar.paths.tables import BLOCK, SpectralTables
 
 __all__ = ["COMPONENT_COUNT", "Swept", "batch_count", "sweep"]
 
@@ -142,24 +142,40 @@ class _Records(NamedTuple):
 
 
 @numba.njit(inline="always")
-def _luminesce(out: Any, out_at: int, light: Any, light_at: int, row: int, width: int, tables: Any) -> None:
-    """Add Phi E to `out[out_at:]`, with E = `light[light_at:]`."""
+def _luminesce(out: Any, light: Any, row: int, width: int, tables: Any) -> None:
+    """Add Phi E to `out`, with E = `light`; both of shape (width,)."""
     full = tables.full[row]
     if full >= 0:
         for ex in range(width):
-            e = light[light_at + ex]
+            e = light[ex]
             for j in range(width):
-                out[out_at + j] += tables.matrices[full, ex, j] * e
+                out[j] += tables.matrices[full, ex, j] * e
     for q in range(tables.first[row], tables.last[row]):
         absorbed = np.float32(0)
         for j in range(width):
-            absorbed += tables.beta_below[q, j] * light[light_at + j]
-        for j in range(tables.overlap[q, 0], tables.overlap[q, 1]):
-            here = tables.beta[q, j] * light[light_at + j]
-            out[out_at + j] += tables.alpha[q, j] * (absorbed + tables.equal * here)
-            absorbed += here
+            absorbed += tables.beta_below[q, j] * light[j]
+        for block in range(tables.overlap[q, 0], tables.overlap[q, 1]):
+            at = block * BLOCK
+            e0, e1, e2, e3 = light[at], light[at + 1], light[at + 2], light[at + 3]
+            e4, e5, e6, e7 = light[at + 4], light[at + 5], light[at + 6], light[at + 7]
+            below = absorbed
+            for j in range(BLOCK):
+                absorbed += tables.beta[q, at + j] * light[at + j]
+            for j in range(BLOCK):
+                # Written out, so that all eight products stay in one register.
+                out[at + j] += (
+                    tables.alpha[q, at + j] * below
+                    + tables.triangle[q, block, 0, j] * e0
+                    + tables.triangle[q, block, 1, j] * e1
+                    + tables.triangle[q, block, 2, j] * e2
+                    + tables.triangle[q, block, 3, j] * e3
+                    + tables.triangle[q, block, 4, j] * e4
+                    + tables.triangle[q, block, 5, j] * e5
+                    + tables.triangle[q, block, 6, j] * e6
+                    + tables.triangle[q, block, 7, j] * e7
+                )
         for j in range(width):
-            out[out_at + j] += tables.alpha_above[q, j] * absorbed
+            out[j] += tables.alpha_above[q, j] * absorbed
 
 
 @numba.njit(inline="always")
@@ -287,12 +303,12 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
                         if fluorescent:
                             for j in range(width):
                                 V[j] = 0
-                            _luminesce(V, 0, R, 0, r, width, tables)
+                            _luminesce(V, R, r, width, tables)
                             if luminesced:
                                 for j in range(width):
                                     U[j] = F[j] + G[j]
                                     W[j] = 0
-                                _luminesce(W, 0, U, 0, r, width, tables)
+                                _luminesce(W, U, r, width, tables)
                                 for j in range(width):
                                     F[j] = f * (S[r, j] * F[j] + V[j])
                                     G[j] = f * (S[r, j] * G[j] + W[j])
@@ -358,7 +374,7 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
                     for j in range(width):
                         U[j] = batch[r, 0, j] + batch[r, 1, j] + batch[r, 2, j] + batch[r, 3, j]
                         total[j] += S[r, j] * U[j]
-                    _luminesce(total, 0, U, 0, r, width, tables)
+                    _luminesce(total, U, r, width, tables)
                     if component_errors:
                         _components(y, batch, r, width, tables, U, V)
                     for q in range(4):
@@ -414,7 +430,7 @@ def _components(y: Any, sums: Any, r: int, width: int, tables: Any, U: Any, V: A
             for j in range(width):
                 U[j] = sums[r, c, j] if c < 2 else sums[r, 2, j] + sums[r, 3, j]
                 V[j] = 0
-            _luminesce(V, 0, U, 0, r, width, tables)
+            _luminesce(V, U, r, width, tables)
             for j in range(width):
                 y[2 * c + 2, j] += V[j]
 

@@ -70,7 +70,8 @@ class Tracer:
         sampler.seed(self._seed(chunk, 0), count)
 
         path = dr.arange(mi.UInt32, count)
-        pixel = path // spp + first_pixel
+        # Opaque, here and for seeds: a number written into the kernel would mean a new kernel for each chunk.
+        pixel = path // spp + dr.opaque(mi.UInt32, first_pixel)
         corner = mi.Point2f(pixel % width, pixel // width)
         film = (corner + sampler.next_2d()) * mi.ScalarVector2f(1 / width, 1 / height)
         time = sampler.next_1d() if self.scene.sensor.shutter_open_time() > 0 else mi.Float(0)
@@ -106,8 +107,8 @@ class Tracer:
             buffers, state = self._launch(dr.arange(mi.UInt32, n), sampler, state, n)
         return LightPaths(started.first_pixel, started.pixels, self.settings.spp, self.settings.rr_depth, tuple(segments))
 
-    def _seed(self, chunk: int, segment: int) -> int:
-        return int(np.random.SeedSequence((self.seed, chunk, segment)).generate_state(1)[0])
+    def _seed(self, chunk: int, segment: int) -> Any:
+        return dr.opaque(mi.UInt32, int(np.random.SeedSequence((self.seed, chunk, segment)).generate_state(1)[0]))
 
     def _launch(self, path: Any, sampler: Any, state: dict[str, Any], count: int) -> tuple[dict[str, Any], dict[str, Any]]:
         """Allocate the records of one segment and launch the kernel that fills them."""

@@ -64,11 +64,11 @@ def _make_class(mi: Any) -> type:
 
         def __init__(self, props: Any) -> None:
             mi.BSDF.__init__(self, props)
-            named = [name for name in STRINGS if props.has_property(name)]
+            named = [name for name in STRINGS if name in props]
             self.concentration = props.get("concentration", 1.0)
             for name in (*SPECTRA, *STRINGS):
                 # Every accepted property has to be read, or the parser refuses the scene.
-                if props.has_property(name):
+                if name in props:
                     props.mark_queried(name)
             if named:
                 self.reflectance = _texture(mi, material(props[named[0]]).reflectance)

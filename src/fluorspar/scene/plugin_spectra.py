@@ -48,7 +48,7 @@ def plugin_spectrum(state: Any, index: int, name: str, *, default: float, label:
     import mitsuba as mi
 
     props = state.nodes[index].props
-    if not props.has_property(name):
+    if name not in props:
         return Spectrum.constant(default, name=label)
     types = mi.Properties.Type
     found = props.type(name)

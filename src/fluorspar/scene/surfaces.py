@@ -222,19 +222,19 @@ class _Reader:
     def fluorescent(self, index: int, name: str, where: str) -> Material:
         props = self.state.nodes[index].props
         check_properties(set(props.keys()), where)
-        if props.has_property("material"):
+        if "material" in props:
             made = material(props["material"])
-        elif props.has_property("donaldson"):
+        elif "donaldson" in props:
             made = material(self.base / props["donaldson"])
         else:
-            has_dye = props.has_property("emission")
+            has_dye = "emission" in props
             reflectance, emission, excitation = (
                 self.spectrum(index, part, _DEFAULT_REFLECTANCE, f"{part} of {where}") if has_dye or part == "reflectance" else None
                 for part in SPECTRA
             )
             assert reflectance is not None
             made = material_of_spectra(name, reflectance, emission, excitation)
-        return made.with_concentration(float(props["concentration"])) if props.has_property("concentration") else made
+        return made.with_concentration(float(props["concentration"])) if "concentration" in props else made
 
     def spectrum(self, index: int, name: str, default: float, where: str) -> Spectrum:
         return plugin_spectrum(self.state, index, name, default=default, label=where)
@@ -246,7 +246,7 @@ class _Reader:
         name = props.id() or where
         if plugin in _LIGHTS:
             prop, default, unit = _LIGHTS[plugin]
-            if plugin == "spot" and props.has_property("texture"):
+            if plugin == "spot" and "texture" in props:
                 raise SceneError(message("a spot light with a texture is not supported", where=f"light {label(node, index)} of {where}"))
             try:
                 spectrum = plugin_spectrum(self.state, index, prop, default=default, label=f"{prop} of light '{name}'", emissive=True)

@@ -122,7 +122,7 @@ def _set_film(state: Any, scene: Scene) -> None:
     _keep(props, ("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y"))
     props.set_plugin_name("hdrfilm")
     props["pixel_format"] = "luminance"
-    cropped = props.has_property("crop_width") or props.has_property("crop_height")
+    cropped = "crop_width" in props or "crop_height" in props
     if not cropped:
         props["width"], props["height"] = size["width"], size["height"]
     elif (props.get("crop_width", 0), props.get("crop_height", 0)) != (size["width"], size["height"]):

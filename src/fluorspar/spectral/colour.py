@@ -107,7 +107,14 @@ def xyz_from_radiance(radiance: ArrayLike, grid: Wavelengths, observer: str = CI
     >>> xyz_from_radiance(np.ones(95), Wavelengths(360, 830, 5)).round(0)  # 683 x 106.857 for equal energy
     array([72989., 72983., 73008.])
     """
-    return np.asarray(np.asarray(radiance) @ observer_weights(grid, observer))
+    return _weighted(radiance, observer_weights(grid, observer))
+
+
+def _weighted(radiance: ArrayLike, weights: Array) -> Array:
+    radiance = np.asarray(radiance)
+    if radiance.dtype == np.float32:
+        weights = weights.astype(np.float32)  # spares a copy of the image twice its size
+    return np.asarray(radiance @ weights, dtype=np.float64)
 
 
 def luminance(radiance: ArrayLike, grid: Wavelengths, observer: str = CIE_1931) -> Array:
@@ -115,10 +122,10 @@ def luminance(radiance: ArrayLike, grid: Wavelengths, observer: str = CIE_1931) 
 
     Examples
     --------
-    >>> luminance([0.0, 0.2, 0.0], Wavelengths(550, 560, 5)).round(6)  # 1 W m-2 sr-1 at 555 nm
-    np.float64(683.0)
+    >>> round(float(luminance([0.0, 0.2, 0.0], Wavelengths(550, 560, 5))), 6)  # 1 W m-2 sr-1 at 555 nm
+    683.0
     """
-    return np.asarray(np.asarray(radiance) @ observer_weights(grid, observer)[:, 1])[()]
+    return _weighted(radiance, observer_weights(grid, observer)[:, 1])[()]
 
 
 def white_xyz(illuminant: ArrayLike, grid: Wavelengths, observer: str = CIE_1931) -> Array:
@@ -213,9 +220,8 @@ def srgb_from_xyz(xyz: ArrayLike, exposure: float = 1.0) -> tuple[Array, float]:
     changed = (lowest < -_ROUNDING) | (highest > 1 + _ROUNDING)
     grey = np.clip(scaled[..., 1:2], 0.0, 1.0)
     # share of the colour itself that is left when mixed with its grey: both ends of the cube bound it
-    with np.errstate(divide="ignore", invalid="ignore"):
-        keep_low = np.where(lowest < 0, grey / (grey - lowest), 1.0)
-        keep_high = np.where(highest > 1, (1 - grey) / (highest - grey), 1.0)
+    keep_low = np.where(lowest < 0, grey / np.where(lowest < 0, grey - lowest, 1.0), 1.0)
+    keep_high = np.where(highest > 1, (1 - grey) / np.where(highest > 1, highest - grey, 1.0), 1.0)
     keep = np.minimum(keep_low, keep_high)
     fitted = np.clip(grey + keep * (linear - grey), 0.0, 1.0)
     return srgb_encode(fitted), float(np.mean(changed)) if changed.size else 0.0

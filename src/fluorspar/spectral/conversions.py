@@ -1,4 +1,7 @@
-"""Donaldson matrices converted: density and band-weighted cells, two norms of beta, the Stokes limit."""
+"""Donaldson matrices converted: density and band-weighted cells, two norms of beta, the Stokes limit.
+
+"The paper" is cited in `fluorspar.spectral.donaldson`.
+"""
 
 from __future__ import annotations
 

@@ -167,7 +167,14 @@ class DonaldsonMatrix:
         )
 
     def density(self) -> Array:
-        """Return D_L with its Stokes weights, 1/nm, ndarray of shape (N, N)."""
+        """Return D_L with its Stokes weights, 1/nm, ndarray of shape (N, N).
+
+        Examples
+        --------
+        >>> DonaldsonMatrix(Wavelengths(400, 410, 10), [0.5, 0.5], [[0.2, 0.4]], [[0.1, 0.1]]).density()
+        array([[0.01, 0.  ],
+               [0.04, 0.02]])
+        """
         if self.luminescent is not None:
             return self.luminescent.copy()
         return np.asarray(
@@ -246,19 +253,37 @@ class DonaldsonMatrix:
 
         S(ex) plus the sum over em of B(em, ex) em / ex, with B = h D_L. What is emitted outside the grid is
         not counted.
+
+        Examples
+        --------
+        >>> grid = Wavelengths(400, 500, 100)
+        >>> DonaldsonMatrix.from_band([[0.1, 0], [0.4, 0.7]], grid).photon_yield()  # 0.1 + 0.4 x 500 / 400
+        array([0.6, 0.7])
         """
         return self.reflectance + photon_yield(
             self.wavelengths.step * self.density(), self.wavelengths.values, self.wavelengths.values
         )
 
     def energy_yield(self) -> Array:
-        """Return energy out per energy in, for each excitation wavelength, ndarray of shape (N,)."""
+        """Return energy out per energy in, for each excitation wavelength, ndarray of shape (N,).
+
+        Examples
+        --------
+        >>> DonaldsonMatrix.from_band([[0.1, 0], [0.4, 0.7]], Wavelengths(400, 500, 100)).energy_yield()
+        array([0.5, 0.7])
+        """
         return np.asarray(self.reflectance + self.wavelengths.step * self.density().sum(axis=0))
 
     def stokes_violation(self) -> float:
         """Return the largest share of the light of one wavelength that leaves at shorter wavelengths.
 
         Measured matrices have up to 0.1 from noise alone.
+
+        Examples
+        --------
+        >>> grid = Wavelengths(400, 500, 100)
+        >>> DonaldsonMatrix.from_band([[0.1, 0.02], [0.4, 0.7]], grid).stokes_violation()
+        0.02
         """
         return float((self.wavelengths.step * np.triu(self.density(), 1)).sum(axis=0).max())
 
@@ -333,6 +358,12 @@ class DonaldsonMatrix:
         Returns
         -------
         emission, excitation : ndarray of shape (K, N)
+
+        Examples
+        --------
+        >>> D = DonaldsonMatrix(Wavelengths(400, 410, 10), [0.5, 0.5], [[0.2, 0.4]], [[0.1, 0]])
+        >>> D.unit_norm_factors()
+        (array([[0.2, 0.4]]), array([[1., 0.]]))
         """
         return to_unit_norm(self.emission, self.excitation, self.wavelengths.step)
 

@@ -102,6 +102,8 @@ class Problem:
         self.weight = np.where(near, noise.near**-2, noise.white**-2) * (np.abs(shift) > 0.5)
         self._shapes = baseline_shapes(len(cells))
         self._stiffness = np.array([noise.offset**-2, noise.tilt**-2])
+        self._bend_emission = _bend(len(cells), zero_before=True)
+        self._bend_excitation = _bend(cells.shape[1], zero_before=False)
         self._set_precision()
 
     def _set_precision(self) -> None:
@@ -120,26 +122,27 @@ class Problem:
         m, p = self.cells.shape
         return self._factors(np.zeros((0, m)), np.zeros((0, p)), 0.0)
 
-    def grow(self, factors: Factors) -> Factors:
+    def grow(self, factors: Factors, *, curvature: float = 0.0) -> Factors:
         """Return the best fit with one term more, started from `factors` and the strongest pattern they leave."""
         left = np.where(self.lit, self.cells - factors.baseline - factors.product, 0.0)
         u, s, vt = np.linalg.svd(np.maximum(left, 0.0))
         emission = np.vstack([factors.emission, np.abs(u[:, 0]) * np.sqrt(s[0])])
         excitation = np.vstack([factors.excitation, np.abs(vt[0]) * np.sqrt(s[0])])
-        return self.fit(emission, excitation)
+        return self.fit(emission, excitation, curvature=curvature)
 
     def fit(self, emission: Array, excitation: Array, *, curvature: float = 0.0) -> Factors:
         """Return the best non-negative factors, started from `emission` (K, M) and `excitation` (K, P).
 
-        The penalty is `curvature` times the squared second differences of both; the scale that a and b can exchange is
-        set so that both bend as much.
+        The penalty is `curvature` times the squared second differences of both, which are taken to be 0 beyond the
+        red end, emission also before the blue end; the scale that a and b can exchange is set so that both bend as much.
         """
         a, b = emission, excitation
         cost = np.inf
         for _ in range(_TURNS):
-            a = self._solve(*self._for_emission(b), curvature)
-            b = self._solve(*self._for_excitation(a), curvature)
-            bent_a, bent_b = (np.linalg.norm(np.diff(x, 2, axis=1), axis=1) for x in (a, b))
+            a = _solve(*self._for_emission(b), curvature * self._bend_emission.T @ self._bend_emission)
+            b = _solve(*self._for_excitation(a), curvature * self._bend_excitation.T @ self._bend_excitation)
+            bent_a = np.linalg.norm(a @ self._bend_emission.T, axis=1)
+            bent_b = np.linalg.norm(b @ self._bend_excitation.T, axis=1)
             balance = np.sqrt((bent_b + 1e-12) / (bent_a + 1e-12))[:, None]
             a, b = a * balance, b / balance
             before = cost
@@ -186,23 +189,6 @@ class Problem:
         right = np.einsum("km,mp->kp", a, self._pull)
         return normal, right + self.row_weight * np.einsum("kmp,m->kp", lit, self.row_sums)
 
-    @staticmethod
-    def _solve(normal: Array, right: Array, curvature: float) -> Array:
-        """Solve the normal equations for non-negative factors of shape (K, N), with the curvature penalty."""
-        from scipy.linalg import cholesky, solve_triangular
-        from scipy.optimize import nnls
-
-        k, n = right.shape
-        bend = np.diff(np.eye(n), 2, axis=0)
-        for term in range(k):
-            normal[term, :, term, :] += curvature * bend.T @ bend
-        matrix = normal.reshape(k * n, k * n)
-        scale = np.sqrt(np.maximum(np.diag(matrix), 1e-9 * np.diag(matrix).max() + 1e-300))
-        matrix = matrix / np.outer(scale, scale)
-        upper = cholesky(matrix + 1e-7 * np.eye(k * n))  # the ridge settles numbers no cell depends on
-        target = solve_triangular(upper, right.ravel() / scale, trans="T")
-        return np.asarray(nnls(upper, target, maxiter=20 * k * n)[0] / scale).reshape(k, n)
-
     def _factors(self, a: Array, b: Array, curvature: float) -> Factors:
         misfit, baseline = self._misfit(a.T @ b)
         return Factors(a, b, baseline, misfit, curvature)
@@ -216,3 +202,25 @@ class Problem:
         misfit = np.sum(self.weight * (left - baseline) ** 2) + np.sum(strength**2 * self._stiffness)
         misfit += self.row_weight * np.sum((model.sum(axis=1) - self.row_sums) ** 2)
         return float(misfit), baseline
+
+
+def _solve(normal: Array, right: Array, penalty: Array) -> Array:
+    """Solve normal equations (K, N, K, N) for non-negative factors of shape (K, N), with a penalty (N, N) on each."""
+    from scipy.linalg import cholesky, solve_triangular
+    from scipy.optimize import nnls
+
+    k, n = right.shape
+    for term in range(k):
+        normal[term, :, term, :] += penalty
+    matrix = normal.reshape(k * n, k * n)
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-9 * np.diag(matrix).max() + 1e-300))
+    matrix = matrix / np.outer(scale, scale)
+    upper = cholesky(matrix + 1e-7 * np.eye(k * n))  # the ridge settles numbers no cell depends on
+    target = solve_triangular(upper, right.ravel() / scale, trans="T")
+    return np.asarray(nnls(upper, target, maxiter=20 * k * n)[0] / scale).reshape(k, n)
+
+
+def _bend(count: int, *, zero_before: bool) -> Array:
+    """Second differences of a spectrum of `count` values that is 0 beyond its red end, and before its blue end or not."""
+    full = np.diff(np.eye(count + 4), 2, axis=0)
+    return full[:, 2:-2] if zero_before else full[2:, 2:-2]

@@ -16,7 +16,7 @@ from fluorspar.spectral.measured import MeasuredMatrix
 from fluorspar.spectral.spectrum import Spectrum, trapezoid
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["MaterialFit", "choose_rank", "fit_material"]
+__all__ = ["MaterialFit", "RankChoice", "check_measured", "choose_rank", "fit_material"]
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ MOST_TERMS = 3
 """More terms than this are never chosen; more can be asked for."""
 
 _MORE_THAN_NOISE = 3.0  # how many times more than the same term finds in pure noise
-_ROW_TOLERANCE = 0.003  # radiance factor: 0.1 to 0.2 of CIEDE2000
+_ROW_TOLERANCE = 0.002  # radiance factor: about 0.1 of CIEDE2000
 _NEGLIGIBLE = 1e-4  # of the highest value of a spectrum; written as 0
 
 
@@ -116,13 +116,13 @@ def fit_material(
     check_measured(measured)
     shift = stokes_shift(measured.emission, measured.excitation, measured.step)
     noise = estimate_noise(measured.cells, shift)
-    chosen, gains, noise_gain = choose_rank(measured, noise, rank)
+    choice = choose_rank(measured, noise, rank)
     problem = Problem(measured.cells, shift, noise, row_tolerance=_ROW_TOLERANCE)
+    start = choice.factors
     factors = problem.nothing()
-    for _ in range(chosen):
-        factors = problem.grow(factors)
-    if smooth and chosen:
-        factors = problem.smooth(factors)
+    if start.rank:
+        curvature = start.curvature if smooth else 0.0
+        factors = problem.fit(start.emission, start.excitation, curvature=curvature)
     title = name or measured.title
     table = _tables(measured, factors, support)
     scaled = _photon_limit(table)
@@ -141,19 +141,35 @@ def fit_material(
         credit=credit,
         assumed=table.assumed,
     )
-    return MaterialFit(
-        material, measured, noise, gains, noise_gain, _unexplained(measured, factors, shift), scaled
-    )
+    unexplained = _unexplained(measured, factors, shift)
+    return MaterialFit(material, measured, noise, choice.gains, choice.noise_gain, unexplained, scaled)
 
 
-def choose_rank(
-    measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None = None
-) -> tuple[int, tuple[float, ...], float]:
+@dataclass(frozen=True, eq=False)
+class RankChoice:
+    """What `choose_rank` found.
+
+    Attributes
+    ----------
+    factors : Factors
+        As many terms as the data call for, smooth.
+    gains : tuple of float
+        Decrease of the misfit by each term tried, the one that was not accepted included.
+    noise_gain : float
+        The decrease one term finds in noise.
+    """
+
+    factors: Factors
+    gains: tuple[float, ...]
+    noise_gain: float
+
+
+def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None = None) -> RankChoice:
     """Count the fluorophores the data call for.
 
     A further term is accepted if it lowers the misfit three times more than one term does among the cells above the
     diagonal, where there is nothing to find but noise. That takes the true noise as the measure, however it is
-    correlated.
+    correlated. Terms are as smooth as the first one may be: noise of single columns is not.
 
     Parameters
     ----------
@@ -162,39 +178,37 @@ def choose_rank(
     noise
         See `estimate_noise`.
     rank
-        Do not choose, only return the gains up to this rank.
+        Do not choose, take so many terms.
 
     Returns
     -------
-    rank : int
-    gains : tuple of float
-        Decrease of the misfit by each term tried.
-    noise_gain : float
-        The decrease a term finds in noise.
+    RankChoice
 
     Examples
     --------
     >>> w = np.arange(400.0, 701.0, 10.0)
     >>> cells = 0.3 * np.eye(31) + np.random.default_rng(1).normal(0, 0.003, (31, 31))
     >>> grey = MeasuredMatrix(w, w, cells)
-    >>> choose_rank(grey, estimate_noise(cells, stokes_shift(w, w, 10.0)))[0]
+    >>> choose_rank(grey, estimate_noise(cells, stokes_shift(w, w, 10.0))).factors.rank
     0
     """
     shift = stokes_shift(measured.emission, measured.excitation, measured.step)
     problem, mirror = (Problem(measured.cells, shift, noise, mirrored=side) for side in (False, True))
     nothing = mirror.nothing()
     share = np.count_nonzero(problem.lit) / max(1, np.count_nonzero(mirror.lit))
-    noise_gain = (nothing.misfit - mirror.grow(nothing).misfit) * share if mirror.lit.any() else 0.0
-    least = _MORE_THAN_NOISE * max(noise_gain, measured.cells.shape[0] + measured.cells.shape[1])
+    noise_gain = share * (nothing.misfit - mirror.grow(nothing).misfit) if mirror.lit.any() else 0.0
+    least = _MORE_THAN_NOISE * max(noise_gain, sum(measured.cells.shape))
     gains: list[float] = []
     factors = problem.nothing()
     while len(gains) < (MOST_TERMS if rank is None else rank):
-        grown = problem.grow(factors)
+        grown = problem.grow(factors, curvature=factors.curvature)
+        if not gains:
+            grown = problem.smooth(grown)
         gains.append(factors.misfit - grown.misfit)
-        factors = grown
         if rank is None and gains[-1] < least:
-            return len(gains) - 1, tuple(gains), float(noise_gain)
-    return len(gains), tuple(gains), float(noise_gain)
+            break
+        factors = grown
+    return RankChoice(factors, tuple(gains), float(noise_gain))
 
 
 def check_measured(measured: MeasuredMatrix) -> MeasuredMatrix:

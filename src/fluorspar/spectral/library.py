@@ -138,21 +138,12 @@ def read_material(path: Path | Traversable) -> Material:
         raise MaterialError(message("the material file does not exist", where=path, fix=fix))
     if suffix.lower() == "bfc":
         return Material.from_matrix(stem, _read_bfc(Path(str(path))))
-    if suffix.lower() != "csv":
-        raise MaterialError(
-            message("a material file has an unknown suffix", where=path, expected=".csv or .bfc")
-        )
     table = read_table(path, error=MaterialError)
     if "fluorspar-material" in table.keys:
         return _from_table(table, stem)
     if "quantity" in table.keys:
         found = Material.from_matrix(stem, read_donaldson_csv(Path(str(path))))
-        words = {
-            key: table.keys[key]
-            for key in ("description", "credit", "quality", "assumed")
-            if key in table.keys
-        }
-        return replace(found, **words)  # type: ignore[arg-type]
+        return replace(found, **_words(table))  # type: ignore[arg-type]
     expected = "a line '# fluorspar-material: 1', or '# quantity: band' for a Donaldson matrix"
     raise MaterialError(message("the file does not say that it is a material", where=path, expected=expected))
 
@@ -193,12 +184,15 @@ def _from_table(table: Table, stem: str) -> Material:
             for dye in dyes
             if np.any(columns[f"emission{dye}"]) or np.any(columns[f"excitation{dye}"])
         )
-        words = {key: table.keys.get(key, "") for key in ("description", "credit", "quality", "assumed")}
-        return Material(name, spectrum("reflectance"), fluorophores, **words)  # type: ignore[arg-type]
+        return Material(name, spectrum("reflectance"), fluorophores, **_words(table))  # type: ignore[arg-type]
     except SpectrumError as err:
         raise MaterialError(
             message("a material file holds an impossible spectrum", where=where, got=err)
         ) from err
+
+
+def _words(table: Table) -> dict[str, str]:
+    return {key: table.keys.get(key, "") for key in ("description", "credit", "quality", "assumed")}
 
 
 def _weight(text: str, mixture: str) -> float:

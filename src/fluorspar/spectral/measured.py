@@ -114,7 +114,14 @@ class MeasuredMatrix:
         return self._luminescent_cells() / self.step
 
     def photon_yield(self) -> Array:
-        """Return photons out per photon in, ndarray of shape (P,); S counts where it was measured."""
+        """Return photons out per photon in, ndarray of shape (P,); S counts where it was measured.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 500.0])
+        >>> MeasuredMatrix(w, w, [[0.1, 0], [0.4, 0.7]]).photon_yield()  # 0.1 + 0.4 x 500 / 400
+        array([0.6, 0.7])
+        """
         reflected = np.where(self._is_diagonal(), self.cells, 0.0).sum(axis=0)
         return np.asarray(reflected + photon_yield(self._luminescent_cells(), self.emission, self.excitation))
 
@@ -156,6 +163,13 @@ class MeasuredMatrix:
         -----
         ExtrapolationWarning
             If the grid reaches beyond the measured reflectance or excitation.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 410.0])
+        >>> MeasuredMatrix(w, w, [[0.5, 0], [0.2, 0.4]]).on(Wavelengths(400, 410, 10))
+        (array([0.5, 0.4]), array([[0.  , 0.  ],
+               [0.02, 0.  ]]))
         """
         w = grid.values
         reflectance = self.reflectance.on(grid, outside="hold")

@@ -54,6 +54,13 @@ def read_table(path: Path | Traversable, *, error: type[FluorsparError] = Spectr
     ------
     FluorsparError
         Of class `error`, if the file is missing, not text, or not a table of numbers.
+
+    Examples
+    --------
+    >>> from importlib.resources import files
+    >>> table = read_table(files("fluorspar") / "data" / "illuminants" / "D65.csv")
+    >>> table.header, table.rows.shape
+    (('wavelength', 'value'), (107, 2))
     """
     try:
         text = path.read_text(encoding="utf-8-sig")

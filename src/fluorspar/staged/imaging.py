@@ -1,0 +1,188 @@
+"""Renders in groups of bands: images of all bands, also split by the material that each sample shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.staged.protocol import LoadedScene, OffersIrradiance
+
+__all__ = ["Layers", "Sampling", "Views", "band_groups", "plan_samples", "render_bands", "seeds_of", "views_of"]
+
+Array = NDArray[np.float64]
+_LARGEST_SIDE = 4096  # of a film with one sample per small pixel
+Tick = Callable[[], None]
+
+
+def band_groups(bands: Sequence[int] | NDArray[np.integer], max_bands: int) -> list[NDArray[np.int64]]:
+    """Deal bands out into groups that are rendered together.
+
+    Far bands share a group: Russian roulette then looks at the brightest part of the spectrum, so that bands in
+    which a surface is dark are not noisier than others.
+
+    Examples
+    --------
+    >>> [group.tolist() for group in band_groups(range(7), 3)]
+    [[0, 3, 6], [1, 4], [2, 5]]
+    """
+    every = np.asarray(bands, dtype=np.int64)
+    count = math.ceil(len(every) / max_bands)
+    return [every[first::count] for first in range(count)]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How the samples of a pixel are spread over renders.
+
+    `scale` x `scale` small pixels with one sample each, in `passes` renders.
+    """
+
+    scale: int
+    passes: int
+
+    @property
+    def samples(self) -> int:
+        """Samples per pixel."""
+        return self.scale**2 * self.passes
+
+
+def plan_samples(samples: int, width: int, height: int) -> Sampling:
+    """Choose small pixels and renders for at least `samples` samples per pixel.
+
+    Examples
+    --------
+    >>> plan_samples(64, 512, 512), plan_samples(8, 100, 100)
+    (Sampling(scale=8, passes=1), Sampling(scale=2, passes=2))
+    """
+    scale = max(1, min(math.isqrt(samples), _LARGEST_SIDE // max(width, height)))
+    return Sampling(scale, math.ceil(samples / scale**2))
+
+
+def seeds_of(*key: int, count: int) -> list[int]:
+    """Independent seeds for a renderer, the same for the same key."""
+    return [int(seed) >> 1 for seed in np.random.SeedSequence(key).generate_state(count)]
+
+
+@dataclass(frozen=True)
+class Views:
+    """What the samples of each pass show.
+
+    Attributes
+    ----------
+    seeds
+        Seed of each pass.
+    seen
+        For each pass, by material row: small pixels that show it, and the pixels they belong to.
+    edge
+        ndarray of shape (Y, X), bool: pixels that show more than one row.
+    """
+
+    sampling: Sampling
+    seeds: list[int]
+    seen: list[dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]]]
+    edge: NDArray[np.bool_]
+
+
+def views_of(scene: LoadedScene, sampling: Sampling, seeds: list[int], rows: Sequence[int]) -> Views:
+    """Find out which samples show which of the given material rows."""
+    seen: list[dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]]] = []
+    lowest: NDArray[np.int64] | None = None
+    highest: NDArray[np.int64] | None = None
+    a = sampling.scale
+    for seed in seeds:
+        found = scene.rows_seen(seed=seed, scale=a)
+        height, width = found.shape[0] // a, found.shape[1] // a
+        blocks = found.reshape(height, a, width, a)
+        low, high = blocks.min(axis=(1, 3)), blocks.max(axis=(1, 3))
+        lowest = low if lowest is None else np.minimum(lowest, low)
+        highest = high if highest is None else np.maximum(highest, high)
+        here = {}
+        for row in rows:
+            small = np.flatnonzero(found == row)
+            here[row] = (small, (small // (a * width) // a) * width + small % (a * width) // a)
+        seen.append(here)
+    assert lowest is not None
+    assert highest is not None
+    return Views(sampling, seeds, seen, lowest != highest)
+
+
+@dataclass
+class Layers:
+    """An image, and the share of it that each fluorescent material shows.
+
+    Attributes
+    ----------
+    image
+        ndarray of shape (Y, X, N), W m-2 sr-1 nm-1.
+    light
+        By material row, ndarray of shape (Y, X, N): the illumination E of that material times the share of the
+        pixel it fills.
+    """
+
+    image: Array
+    light: dict[int, Array] = field(default_factory=dict)
+
+    def __sub__(self, other: Layers) -> Layers:
+        return Layers(self.image - other.image, {row: e - other.light[row] for row, e in self.light.items()})
+
+    def __add__(self, other: Layers) -> Layers:
+        return Layers(self.image + other.image, {row: e + other.light[row] for row, e in self.light.items()})
+
+
+def render_bands(
+    scene: LoadedScene,
+    albedo: Array,
+    reflectance: Array,
+    emission: Array,
+    views: Views,
+    groups: Sequence[NDArray[np.int64]],
+    *,
+    max_depth: int,
+    tick: Tick,
+) -> Layers:
+    """Render all groups of bands.
+
+    Parameters
+    ----------
+    albedo, reflectance : ndarray of shape (rows, N)
+        What the renderer is given, and S: they differ where S is too small to divide by. The image is that of S
+        at the surface the camera sees.
+    emission : ndarray of shape (emitters, N)
+    views
+        Its rows are the materials whose share of the image, as illumination, is wanted.
+
+    Returns
+    -------
+    Layers
+        Bands in no group are 0.
+    """
+    height, width = views.edge.shape
+    bands, a = albedo.shape[1], views.sampling.scale
+    image = np.zeros((height * width, bands))
+    light = {row: np.zeros((height * width, bands)) for row in views.seen[0]}
+    share = 1.0 / views.sampling.samples
+    for seed, seen in zip(views.seeds, views.seen, strict=True):
+        for group in groups:
+            options = {"max_depth": max_depth, "seed": seed, "scale": a}
+            small = scene.render(albedo[:, group], emission[:, group], **options)
+            blocks = small.reshape(height, a, width, a, len(group))
+            image[:, group] += share * blocks.sum(axis=(1, 3), dtype=np.float64).reshape(-1, len(group))
+            offered = isinstance(scene, OffersIrradiance) and max_depth != 1
+            if offered and isinstance(scene, OffersIrradiance):
+                small = scene.illumination(reflectance[:, group], emission[:, group], **options)
+            flat = small.reshape(-1, len(group))
+            for row, (at, pixel) in seen.items():
+                for k, band in enumerate(group):
+                    found = share * np.bincount(pixel, flat[at, k], minlength=height * width)
+                    if not offered:
+                        # where S is too small, the image was rendered with a larger albedo
+                        image[:, band] -= (1 - reflectance[row, band] / albedo[row, band]) * found
+                        found /= albedo[row, band]
+                    light[row][:, band] += found
+            tick()
+    shape = (height, width, bands)
+    return Layers(image.reshape(shape), {row: e.reshape(shape) for row, e in light.items()})

@@ -1,0 +1,88 @@
+"""Intermediate images of the staged method, kept to be looked at."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import ImageError, message
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.spectral.wavelengths import Wavelengths
+from fluorspar.staged.patches import EmitterArray
+
+__all__ = ["Intermediate"]
+
+
+class Intermediate:
+    """Writes intermediate images into a folder, or does nothing without one.
+
+    Parameters
+    ----------
+    folder
+        Made if it does not exist.
+    grid
+        Wavelengths of the images.
+
+    Raises
+    ------
+    ImageError
+        If the folder cannot be made.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> Intermediate(folder, Wavelengths()).image("E_D red wall", np.ones((4, 4, 69)))
+    >>> sorted(path.name for path in folder.iterdir())
+    ['E_D-red-wall.nc', 'E_D-red-wall.png']
+    """
+
+    def __init__(self, folder: Path | None, grid: Wavelengths) -> None:
+        self.folder, self.grid = folder, grid
+        if folder is not None:
+            try:
+                Path(folder).mkdir(parents=True, exist_ok=True)
+            except OSError as err:
+                raise ImageError(
+                    message("the folder for intermediate images cannot be made", where=folder, got=err)
+                ) from err
+
+    def image(self, name: str, values: NDArray[np.floating]) -> None:
+        """Write an image, ndarray of shape (Y, X, N), as NetCDF and as a picture."""
+        if self.folder is None:
+            return
+        component = "luminescent_reflection" if name.startswith("emitters") else "direct_reflection"
+        kept = SpectralImage.from_arrays(
+            values[np.newaxis], self.grid, attrs={"intermediate": name}, components=[component]
+        )
+        for suffix in (".nc", ".png"):
+            kept.save(self._path(name, suffix))
+
+    def patches(
+        self, name: str, array: EmitterArray, light: NDArray[np.floating], emitted: NDArray[np.floating]
+    ) -> None:
+        """Write what the patches of an object receive and emit, ndarrays of shape (K, N)."""
+        if self.folder is None:
+            return
+        import xarray as xr
+
+        count, areas = len(array), array.mesh.areas
+        weighted = array.mesh.centroids * areas[:, np.newaxis]
+        centre = np.stack([np.bincount(array.patch, part, minlength=count) for part in weighted.T], axis=1)
+        unit = {"units": "W m-2 sr-1 nm-1"}
+        xr.Dataset(
+            {
+                "illumination": (("patch", "wavelength"), light, unit | {"long_name": "E on the patch"}),
+                "emission": (("patch", "wavelength"), emitted, unit | {"long_name": "L_F of the patch"}),
+                "area": ("patch", array.areas),
+                "centre": (("patch", "axis"), centre / array.areas[:, np.newaxis]),
+            },
+            {"wavelength": ("wavelength", self.grid.values, {"units": "nm"}), "axis": ["x", "y", "z"]},
+        ).to_netcdf(self._path(name, ".nc"), engine="h5netcdf")
+
+    def _path(self, name: str, suffix: str) -> Path:
+        assert self.folder is not None
+        return Path(self.folder) / (re.sub(r"[^\w.]+", "-", name).strip("-") + suffix)

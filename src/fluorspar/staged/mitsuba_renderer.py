@@ -1,0 +1,361 @@
+"""Mitsuba as a renderer of three bands: its rgb variants and its stock `path` integrator, as they are."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import OptionError, SceneError, message
+from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
+from fluorspar.scene.renderer import use_variant
+from fluorspar.scene.scene import Scene
+from fluorspar.scene.surfaces import ABSORBS, Surface
+from fluorspar.scene.trace_scene import _set_film
+from fluorspar.staged.mesh import TriangleMesh
+from fluorspar.staged.patches import EmitterArray
+
+__all__ = ["VARIANTS", "MitsubaRenderer"]
+
+VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
+_SPECTRUM = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}
+_TESSELLATION = 96  # of spheres, disks and other shapes that are not meshes, along each side
+_PROBES = 1 << 20  # light paths at a time
+
+Array = NDArray[np.float64]
+
+
+class MitsubaRenderer:
+    """Three linear bands at a time, with `path` and an `independent` sampler.
+
+    Parameters
+    ----------
+    backend
+        `"llvm"` or `"cuda"`.
+
+    Examples
+    --------
+    >>> MitsubaRenderer().max_bands
+    3
+    """
+
+    max_bands = 3
+
+    def __init__(self, backend: str = "llvm") -> None:
+        if backend not in VARIANTS:
+            raise OptionError(
+                message("there is no such variant", got=repr(backend), expected=f"one of {', '.join(VARIANTS)}")
+            )
+        self.variant = VARIANTS[backend]
+
+    @contextmanager
+    def session(self, threads: int | None = None) -> Iterator[None]:
+        """Set the variant and the number of threads for a while."""
+        import drjit as dr
+
+        with use_variant(self.variant):
+            before = dr.thread_count()
+            cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+            dr.set_thread_count(threads or cores)
+            try:
+                yield
+            finally:
+                dr.set_thread_count(before)
+
+    def load(
+        self, scene: Scene, array: EmitterArray | None = None, *, keep_object: bool = True
+    ) -> _LoadedScene:
+        """Load the scene, see `fluorspar.staged.protocol.Renderer`."""
+        return _LoadedScene(scene, array, keep_object)
+
+    def mesh(self, scene: Scene, surface: int) -> TriangleMesh:
+        """Triangles of a surface in world coordinates.
+
+        Shapes that are not meshes are tessellated, flat ones without loss.
+
+        Raises
+        ------
+        SceneError
+            If the surface cannot be cut into patches.
+        """
+        import mitsuba as mi
+
+        state, _ = _with_materials(scene)
+        with resolving(scene.base):
+            shape = build(state, scene.surfaces[surface].node)
+        if not isinstance(shape, mi.Mesh):
+            return _tessellated(shape, scene.surfaces[surface])
+        parameters = mi.traverse(shape)
+        vertices = np.array(parameters["vertex_positions"], dtype=np.float64).reshape(-1, 3)
+        faces = np.array(parameters["faces"], dtype=np.int64).reshape(-1, 3)
+        normals = None
+        if shape.has_vertex_normals():
+            normals = np.array(parameters["vertex_normals"], dtype=np.float64).reshape(-1, 3)
+        return TriangleMesh(vertices, faces, normals)
+
+
+class _LoadedScene:
+    """A Mitsuba scene whose spectra are three-band parameters."""
+
+    def __init__(self, scene: Scene, array: EmitterArray | None, keep_object: bool) -> None:
+        import mitsuba as mi
+
+        self.scene = scene
+        self.rr_depth = scene.settings.rr_depth
+        state, self.materials = _with_materials(scene)
+        self.lights: list[Any] = []
+        if array is None:
+            _name_lights(state, scene)
+        else:
+            _remove_lights(state, scene)
+            if array.copy is None or not keep_object:
+                _remove_shape(state, scene.surfaces[array.surface].node)
+            self._add_patches(state, array, black=array.copy is not None or not keep_object)
+        _set_film(state, scene)
+        film = next(node for node in state.nodes if kind(node) == "Film")
+        film.props["pixel_format"] = "rgb"
+        with resolving(scene.base):
+            self.mitsuba_scene = build(state)
+        if array is None:
+            by_id = {emitter.id(): emitter for emitter in self.mitsuba_scene.emitters()}
+            self.lights = [by_id[f"light-{light.node}"] for light in scene.lights]
+            self.light_keys = [f"{_SPECTRUM.get(light.plugin, 'radiance')}.value" for light in scene.lights]
+        else:
+            self.light_keys = ["radiance.value"] * len(self.lights)
+        self.parameters = [mi.traverse(light) for light in self.lights]
+        self.rows = _rows_by_pointer(self.mitsuba_scene, scene, array)
+        self.film_size = np.array(self.mitsuba_scene.sensors()[0].film().size())
+
+    def _add_patches(self, state: Any, array: EmitterArray, *, black: bool) -> None:
+        import mitsuba as mi
+
+        surface = self.scene.surfaces[array.surface]
+        sides = (surface.back, surface.front) if array.back else (surface.front, surface.back)
+        bsdf = _bsdf((ABSORBS, ABSORBS) if black else sides, self.materials)
+        for number, piece in enumerate(array.emitters()):
+            light = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": 1.0}})
+            props = mi.Properties()
+            props["bsdf"], props["emitter"] = bsdf, light
+            smooth = piece.normals is not None
+            mesh = mi.Mesh(
+                f"patch-{number}", len(piece.vertices), len(piece.faces), has_vertex_normals=smooth, props=props
+            )
+            parameters = mi.traverse(mesh)
+            parameters["vertex_positions"] = piece.vertices.ravel().astype(np.float32)
+            parameters["faces"] = piece.faces.ravel().astype(np.uint32)
+            if piece.normals is not None:
+                parameters["vertex_normals"] = piece.normals.ravel().astype(np.float32)
+            parameters.update()
+            mesh.set_id(f"patch-{number}")
+            state.nodes[0].props[f"patch-{number}"] = mesh
+            self.lights.append(light)
+
+    def _set(self, albedo: Array, emission: Array) -> None:
+        import drjit as dr
+        import mitsuba as mi
+
+        for material, values in zip(self.materials, albedo, strict=True):
+            parameters = mi.traverse(material)
+            colour = mi.Color3f(*_three(values))
+            dr.make_opaque(colour)
+            parameters["reflectance.value"] = colour
+            parameters.update()
+        for parameters, key, values in zip(self.parameters, self.light_keys, emission, strict=True):
+            colour = mi.Color3f(*_three(values))
+            dr.make_opaque(colour)
+            parameters[key] = colour
+            parameters.update()
+
+    def _integrator(self, max_depth: int) -> Any:
+        import mitsuba as mi
+
+        return mi.load_dict({"type": "path", "max_depth": max_depth, "rr_depth": self.rr_depth})
+
+    def _scaled_film(self, scale: int) -> None:
+        import mitsuba as mi
+
+        sensor = self.mitsuba_scene.sensors()[0]
+        settings = self.scene.settings
+        parameters = mi.traverse(sensor)
+        keys = [key for key in parameters.keys() if key.endswith("film.size")]
+        size = self.film_size * scale
+        if np.any(np.array(parameters[keys[0]]) != size):
+            crop = np.array([settings.width, settings.height]) * scale
+            old = np.array(parameters["film.size"])
+            offset = np.array(parameters["film.crop_offset"]) * size // old
+            parameters["film.size"] = mi.ScalarVector2u(*map(int, size))
+            parameters["film.crop_size"] = mi.ScalarVector2u(*map(int, crop))
+            parameters["film.crop_offset"] = mi.ScalarPoint2u(*map(int, offset))
+            parameters.update()
+
+    def render(
+        self, albedo: Array, emission: Array, *, max_depth: int, seed: int, scale: int
+    ) -> NDArray[np.float32]:
+        """See `fluorspar.staged.protocol.LoadedScene`."""
+        import mitsuba as mi
+
+        self._set(albedo, emission)
+        self._scaled_film(scale)
+        image = mi.render(self.mitsuba_scene, spp=1, seed=seed, integrator=self._integrator(max_depth))
+        return np.array(image)[..., : albedo.shape[1]]
+
+    def rows_seen(self, *, seed: int, scale: int) -> NDArray[np.int64]:
+        """See `fluorspar.staged.protocol.LoadedScene`."""
+        import mitsuba as mi
+
+        self._scaled_film(scale)
+        finder = mi.load_dict({"type": "aov", "aovs": "shape:shape_index,normal:geo_normal,place:position"})
+        channels = np.array(mi.render(self.mitsuba_scene, spp=1, seed=seed, integrator=finder))
+        shape, normal, place = np.split(channels[..., -7:], [1, 4], axis=-1)
+        world = np.array(self.mitsuba_scene.sensors()[0].world_transform().matrix, dtype=np.float64).reshape(4, 4)
+        orthographic = "orthographic" in type(self.mitsuba_scene.sensors()[0]).__name__.lower()
+        view = world[:3, 2] if orthographic else place - world[:3, 3]
+        back = (normal * view).sum(axis=-1) > 0
+        return self.rows[shape[..., 0].astype(np.int64), back.astype(np.int64)]
+
+    def probe(
+        self,
+        points: Array,
+        normals: Array,
+        albedo: Array,
+        emission: Array,
+        *,
+        offset: float,
+        max_depth: int,
+        seed: int,
+    ) -> NDArray[np.float32]:
+        """See `fluorspar.staged.protocol.LoadedScene`."""
+        import mitsuba as mi
+
+        self._set(albedo, emission)
+        integrator = self._integrator(max_depth)
+        parts = []
+        for first in range(0, len(points), _PROBES):
+            here, up = points[first : first + _PROBES], normals[first : first + _PROBES]
+            sampler = mi.load_dict({"type": "independent"})
+            sampler.seed(seed + first // _PROBES, len(here))
+            above, down = ((here + offset * up).astype(np.float32), (-up).astype(np.float32))
+            ray = mi.RayDifferential3f(o=mi.Point3f(above.T), d=mi.Vector3f(down.T))
+            value, _, _ = integrator.sample(self.mitsuba_scene, sampler, ray)
+            parts.append(np.array(value).T)
+        return np.concatenate(parts)[:, : albedo.shape[1]]
+
+
+def _three(values: Array) -> list[float]:
+    """Fill up to three bands."""
+    return [float(v) for v in values] + [0.0] * (3 - len(values))
+
+
+def _with_materials(scene: Scene) -> tuple[Any, list[Any]]:
+    """Copy the nodes of a scene; every row of the material table becomes one `diffuse` BSDF."""
+    import mitsuba as mi
+
+    state = copy_nodes(scene.nodes)
+    for key, child in list(children(state, 0)):
+        if kind(state.nodes[child]) in ("Integrator", "BSDF", "Texture"):
+            del state.nodes[0].props[key]
+    materials = [
+        mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}}) for _ in scene.materials
+    ]
+    for surface in scene.surfaces:
+        props = state.nodes[surface.node].props
+        for key, child in list(children(state, surface.node)):
+            if kind(state.nodes[child]) != "Emitter":
+                del props[key]
+        props["bsdf"] = _bsdf((surface.front, surface.back), materials)
+        props.set_id(f"surface-{surface.node}")
+    return state, materials
+
+
+def _bsdf(sides: Sequence[int], materials: list[Any]) -> Any:
+    """The BSDF of a surface with these material rows on front and back."""
+    import mitsuba as mi
+
+    black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
+    front, back = (black if row == ABSORBS else materials[row] for row in sides)
+    if sides[1] == ABSORBS:
+        return mi.load_dict(front) if isinstance(front, dict) else front
+    return mi.load_dict({"type": "twosided", "front": front, "back": back})
+
+
+def _name_lights(state: Any, scene: Scene) -> None:
+    import mitsuba as mi
+
+    for light in scene.lights:
+        props = state.nodes[light.node].props
+        if light.plugin not in ("area", "constant", *_SPECTRUM):
+            for key in list(props.keys()):
+                del props[key]
+            props.set_plugin_name("constant")
+        props[_SPECTRUM.get(props.plugin_name(), "radiance")] = mi.ScalarColor3f(1.0)
+        props.set_id(f"light-{light.node}")
+
+
+def _remove_lights(state: Any, scene: Scene) -> None:
+    lights = {light.node for light in scene.lights}
+    for parent in (0, *(surface.node for surface in scene.surfaces)):
+        for key, child in list(children(state, parent)):
+            if child in lights:
+                del state.nodes[parent].props[key]
+
+
+def _remove_shape(state: Any, node: int) -> None:
+    for key, child in list(children(state, 0)):
+        if child == node:
+            del state.nodes[0].props[key]
+
+
+def _rows_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> NDArray[np.int64]:
+    """Material rows of front and back by the number Dr.Jit gives a shape, ndarray of shape (P, 2)."""
+    import drjit as dr
+    import mitsuba as mi
+
+    surfaces = {f"surface-{surface.node}": surface for surface in scene.surfaces}
+    found = []
+    for shape in built.shapes():
+        surface = surfaces.get(shape.id()) or scene.surfaces[array.surface if array else 0]
+        sides = (surface.front, surface.back)
+        if array is not None and array.back and shape.id() not in surfaces:
+            sides = sides[::-1]
+        found.append((int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]), sides))
+    rows = np.full((max((pointer for pointer, _ in found), default=0) + 1, 2), -1, dtype=np.int64)
+    for pointer, sides in found:
+        rows[pointer] = sides
+    return rows
+
+
+def _tessellated(shape: Any, surface: Surface) -> TriangleMesh:
+    """Cut a shape that is not a mesh into triangles, between points that divide its area evenly."""
+    import mitsuba as mi
+
+    flat = type(shape).__name__ in ("Rectangle",) or "Rectangle" in str(shape)
+    n = 1 if flat else _TESSELLATION
+    u, v = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    try:
+        sample = shape.sample_position(0.0, mi.Point2f(u.ravel().astype(np.float32), v.ravel().astype(np.float32)))
+    except Exception as err:  # shapes without an area to sample raise bare RuntimeError
+        raise SceneError(
+            message(
+                "this shape cannot be cut into emitters",
+                where=f"shape '{surface.name}'",
+                expected="a mesh, rectangle, disk, sphere or cylinder",
+                fix="write it as a mesh",
+            )
+        ) from err
+    vertices, normals = np.array(sample.p, dtype=np.float64).T, np.array(sample.n, dtype=np.float64).T
+    corner = np.arange(n * (n + 1)).reshape(n, n + 1)[:, :-1].ravel()
+    faces = np.concatenate(
+        [
+            np.stack([corner, corner + n + 1, corner + n + 2], axis=1),
+            np.stack([corner, corner + n + 2, corner + 1], axis=1),
+        ]
+    )
+    mesh = TriangleMesh(vertices, faces)
+    inward = (mesh.face_normals * normals[faces].mean(axis=1)).sum(axis=1) < 0
+    faces[inward] = faces[inward, ::-1]
+    mesh = TriangleMesh(vertices, faces, None if flat else normals)
+    return mesh.submesh(mesh.areas > 1e-9 * mesh.areas.sum())

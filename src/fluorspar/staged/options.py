@@ -1,0 +1,90 @@
+"""What can be chosen about the staged method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from fluorspar.errors import OptionError, message
+
+__all__ = ["ALBEDO_FLOOR", "StagedOptions"]
+
+ALBEDO_FLOOR = 1e-3
+"""Reflectance with which a fluorescent surface is rendered where its own is smaller: E = y / S needs S > 0."""
+
+_POSITIVE = ("emitters", "patches", "bounces", "repeats", "patch_samples")
+
+
+@dataclass(frozen=True)
+class StagedOptions:
+    """Options of the staged method.
+
+    Parameters
+    ----------
+    emitters
+        N: a planar fluorescent surface becomes N x N emitters.
+    patches
+        K: any other fluorescent surface becomes K emitters.
+    mode
+        What the emitters of a mesh are: `"true"`, patches of the surface itself; `"decimated"`, the faces of a
+        decimated copy, as in the paper.
+    exclude_emitter_geometry
+        Leave the emitting object out of its own emitter render, as the paper did: it then neither reflects nor
+        hides the light of its emitters.
+    bounces
+        1: light luminesces once (the paper). 2 and more: light that luminesced that often is carried on, and
+        component 6 is estimated.
+    tolerance
+        Subdivide the emitters until the estimated error of component 5, relative to the emitted power, is
+        below this; None: leave `emitters` and `patches` as they are.
+    filter_edges
+        Median filter over 3 x 3 pixels on the luminescent components where a pixel shows two surfaces (section
+        VIII-A of the paper). Not needed here, because E is found per sample and not per pixel.
+    keep_intermediate
+        Folder for the intermediate images: E_D, E_I, L_F and the emitter render of each object.
+    repeats
+        Independent seeds among which the samples are divided; the standard error is that of their mean.
+    patch_samples
+        Light paths for the illumination of one emitter, in all repeats together.
+
+    Raises
+    ------
+    OptionError
+        If a number is out of range.
+
+    Examples
+    --------
+    >>> StagedOptions(emitters=4).patches
+    100
+    """
+
+    emitters: int = 8
+    patches: int = 100
+    mode: Literal["true", "decimated"] = "true"
+    exclude_emitter_geometry: bool = False
+    bounces: int = 1
+    tolerance: float | None = None
+    filter_edges: bool = False
+    keep_intermediate: Path | None = None
+    repeats: int = 4
+    patch_samples: int = 4096
+
+    def __post_init__(self) -> None:
+        for name in _POSITIVE:
+            if getattr(self, name) < 1:
+                raise OptionError(
+                    message(f"{name} is out of range", got=getattr(self, name), expected="1 or more")
+                )
+        if self.mode not in ("true", "decimated"):
+            raise OptionError(
+                message(
+                    "there is no such kind of emitters",
+                    got=repr(self.mode),
+                    expected="'true' or 'decimated'",
+                )
+            )
+        if self.tolerance is not None and not self.tolerance > 0:
+            raise OptionError(
+                message("the tolerance is out of range", got=self.tolerance, expected="more than 0")
+            )
