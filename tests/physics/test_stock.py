@@ -42,7 +42,7 @@ def cornell(size: int, *, stock: bool) -> str:
         diffuse(value, stock=stock)
         for value in ((0.885, 0.698, 0.666), (0.57, 0.043, 0.044), (0.105, 0.378, 0.076))
     )
-    lamp = f'<emitter type="area"> {colour("radiance", (18.4, 13.0, 8.0), stock=stock)} </emitter>'
+    lamp = f'<emitter type="area"> {colour("radiance", (3.9, 2.7, 1.7), stock=stock)} </emitter>'
     down, up = '<rotate x="1" angle="90"/>', '<rotate x="1" angle="-90"/>'
     return f"""<scene version="3.0.0"> {integrator(-1, 5)}
         {sensor(size, 4, origin="0, 0, 3.9", target="0, 0, 0", fov=39.3)}
@@ -55,7 +55,7 @@ def cornell(size: int, *, stock: bool) -> str:
         plane(
             "rectangle",
             "lamp",
-            '<scale value="0.23"/>' + down + '<translate y="0.99"/>',
+            '<scale value="0.5"/>' + down + '<translate y="0.99"/>',
             diffuse(0.78, stock=stock),
             lamp,
         )
@@ -81,8 +81,8 @@ def cornell(size: int, *, stock: bool) -> str:
 
 def test_cornell_box(tmp_path: Path) -> None:
     scene = load_scene(write(tmp_path, cornell(64, stock=False)))
-    ours = render(scene, spp=2048, wavelengths=BANDS, seed=4)
-    stock = stock_renders(cornell(64, stock=True), spp=256, seeds=8)
+    ours = render(scene, spp=3072, wavelengths=BANDS, seed=4)
+    stock = stock_renders(cornell(64, stock=True), spp=384, seeds=8)
     print(assert_agrees(ours, stock, blocks=8, bias=0.001))
 
 

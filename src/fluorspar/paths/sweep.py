@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.light_paths import SLOTS, TILE, LightPaths
-from fluorspar.paths.tables import BLOCK, SpectralTables
+from fluorspar.paths.tables import SpectralTables
 
 __all__ = ["COMPONENT_COUNT", "Swept", "batch_count", "sweep"]
 
@@ -142,8 +142,8 @@ class _Records(NamedTuple):
 
 
 @numba.njit(inline="always")
-def _luminesce(out: Any, light: Any, row: int, width: int, tables: Any) -> None:
-    """Add Phi E to `out`, with E = `light`; both of shape (width,)."""
+def _luminesce(out: Any, light: Any, absorbed: Any, row: int, width: int, tables: Any) -> None:
+    """Add Phi E to `out`, with E = `light`; `absorbed` is scratch; all of shape (width,)."""
     full = tables.full[row]
     if full >= 0:
         for ex in range(width):
@@ -151,31 +151,16 @@ def _luminesce(out: Any, light: Any, row: int, width: int, tables: Any) -> None:
             for j in range(width):
                 out[j] += tables.matrices[full, ex, j] * e
     for q in range(tables.first[row], tables.last[row]):
-        absorbed = np.float32(0)
+        # The running sum up to the emission wavelength, in loops of its own: the others then run in SIMD.
         for j in range(width):
-            absorbed += tables.beta_below[q, j] * light[j]
-        for block in range(tables.overlap[q, 0], tables.overlap[q, 1]):
-            at = block * BLOCK
-            e0, e1, e2, e3 = light[at], light[at + 1], light[at + 2], light[at + 3]
-            e4, e5, e6, e7 = light[at + 4], light[at + 5], light[at + 6], light[at + 7]
-            below = absorbed
-            for j in range(BLOCK):
-                absorbed += tables.beta[q, at + j] * light[at + j]
-            for j in range(BLOCK):
-                # Written out, so that all eight products stay in one register.
-                out[at + j] += (
-                    tables.alpha[q, at + j] * below
-                    + tables.triangle[q, block, 0, j] * e0
-                    + tables.triangle[q, block, 1, j] * e1
-                    + tables.triangle[q, block, 2, j] * e2
-                    + tables.triangle[q, block, 3, j] * e3
-                    + tables.triangle[q, block, 4, j] * e4
-                    + tables.triangle[q, block, 5, j] * e5
-                    + tables.triangle[q, block, 6, j] * e6
-                    + tables.triangle[q, block, 7, j] * e7
-                )
+            absorbed[j] = tables.beta[q, j] * light[j]
+        below = np.float32(0)
         for j in range(width):
-            out[j] += tables.alpha_above[q, j] * absorbed
+            here = absorbed[j]
+            absorbed[j] = below + tables.equal * here
+            below += here
+        for j in range(width):
+            out[j] += tables.alpha[q, j] * absorbed[j]
 
 
 @numba.njit(inline="always")
@@ -235,6 +220,7 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
         U = np.zeros(width, dtype=np.float32)
         V = np.zeros(width, dtype=np.float32)
         W = np.zeros(width, dtype=np.float32)
+        scratch = np.zeros(width, dtype=np.float32)
 
         # Sums at the camera vertex for each material row, of a batch and of the pixel: E_D, R_1 - E_D, F_1, G_1.
         batch = np.zeros((rows, 4, width), dtype=np.float32)
@@ -303,12 +289,12 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
                         if fluorescent:
                             for j in range(width):
                                 V[j] = 0
-                            _luminesce(V, R, r, width, tables)
+                            _luminesce(V, R, scratch, r, width, tables)
                             if luminesced:
                                 for j in range(width):
                                     U[j] = F[j] + G[j]
                                     W[j] = 0
-                                _luminesce(W, U, r, width, tables)
+                                _luminesce(W, U, scratch, r, width, tables)
                                 for j in range(width):
                                     F[j] = f * (S[r, j] * F[j] + V[j])
                                     G[j] = f * (S[r, j] * G[j] + W[j])
@@ -374,9 +360,9 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
                     for j in range(width):
                         U[j] = batch[r, 0, j] + batch[r, 1, j] + batch[r, 2, j] + batch[r, 3, j]
                         total[j] += S[r, j] * U[j]
-                    _luminesce(total, U, r, width, tables)
+                    _luminesce(total, U, scratch, r, width, tables)
                     if component_errors:
-                        _components(y, batch, r, width, tables, U, V)
+                        _components(y, batch, r, width, tables, U, V, scratch)
                     for q in range(4):
                         for j in range(width):
                             pixel[r, q, j] += batch[r, q, j]
@@ -395,7 +381,7 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
             for r in range(rows):
                 if touched_pixel[r]:
                     touched_pixel[r] = False
-                    _components(y, pixel, r, width, tables, U, V)
+                    _components(y, pixel, r, width, tables, U, V, scratch)
                     for q in range(4):
                         for j in range(width):
                             pixel[r, q, j] = 0
@@ -417,7 +403,7 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
 
 
 @numba.njit(inline="always")
-def _components(y: Any, sums: Any, r: int, width: int, tables: Any, U: Any, V: Any) -> None:
+def _components(y: Any, sums: Any, r: int, width: int, tables: Any, U: Any, V: Any, scratch: Any) -> None:
     """Add the components 1-6 of one material row to `y`, from the sums E_D, R_1 - E_D, F_1, G_1 (Eqs. 3-13)."""
     S = tables.reflectance
     for j in range(width):
@@ -430,7 +416,7 @@ def _components(y: Any, sums: Any, r: int, width: int, tables: Any, U: Any, V: A
             for j in range(width):
                 U[j] = sums[r, c, j] if c < 2 else sums[r, 2, j] + sums[r, 3, j]
                 V[j] = 0
-            _luminesce(V, U, r, width, tables)
+            _luminesce(V, U, scratch, r, width, tables)
             for j in range(width):
                 y[2 * c + 2, j] += V[j]
 

@@ -8,13 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.spectral.conversions import stokes_weights
-from fluorspar.spectral.donaldson import DonaldsonMatrix, Stokes
+from fluorspar.spectral.donaldson import DonaldsonMatrix
 
-__all__ = ["BLOCK", "LANES", "SpectralTables", "padded", "spectral_tables"]
+__all__ = ["LANES", "SpectralTables", "padded", "spectral_tables"]
 
 LANES = 16  # bands are padded with zeros to a multiple of this many, one AVX-512 register
-BLOCK = 8  # the running sum of the Stokes limit goes in steps of this many bands, one AVX register
 
 
 class SpectralTables(NamedTuple):
@@ -32,16 +30,8 @@ class SpectralTables(NamedTuple):
         (rows,) int64: index of the row's full matrix, -1 where there is none.
     alpha, beta
         (fluorophores, B): emission spectrum, and excitation spectrum times the grid step.
-    beta_below
-        beta in the blocks below the overlap of the two spectra, 0 elsewhere.
-    alpha_above
-        alpha in the blocks above the overlap, 0 elsewhere.
-    overlap
-        (fluorophores, 2) int64: the blocks [lo, hi) of `BLOCK` bands in which light may be both absorbed and
-        emitted, so that the Stokes limit needs a running sum.
-    triangle
-        (fluorophores, B / BLOCK, BLOCK, BLOCK): step times alpha beta within each block with the Stokes limit
-        applied, transposed (excitation, emission).
+    equal
+        Weight of excitation at the emission wavelength itself: 1/2, or 0 for `stokes="strict"`.
     matrices
         (full matrices, B, B): step times D_L, transposed (excitation, emission).
     """
@@ -53,10 +43,7 @@ class SpectralTables(NamedTuple):
     full: NDArray[np.int64]
     alpha: NDArray[np.float32]
     beta: NDArray[np.float32]
-    beta_below: NDArray[np.float32]
-    alpha_above: NDArray[np.float32]
-    overlap: NDArray[np.int64]
-    triangle: NDArray[np.float32]
+    equal: np.float32
     matrices: NDArray[np.float32]
 
 
@@ -114,38 +101,17 @@ def spectral_tables(materials: Sequence[DonaldsonMatrix], lights: Sequence[NDArr
                     betas.append(grid.step * beta)
         last.append(len(alphas))
 
-    alpha, beta = (pad(np.array(rows).reshape(-1, bands)) for rows in (alphas, betas))
-    overlap = np.array([_overlap(a, b) for a, b in zip(alpha, beta, strict=True)], dtype=np.int64).reshape(-1, 2)
-    block = np.arange(width) // BLOCK
-    blocks = (len(alpha), width // BLOCK, BLOCK)
-    within = stokes_weights(BLOCK, _one_rule(materials)).T
-    triangle = within * beta.reshape(blocks)[..., np.newaxis] * alpha.reshape(blocks)[..., np.newaxis, :]
+    rules = {made.stokes for made in materials}
+    if len(rules) > 1:
+        raise ValueError("all materials of one sweep must use one Stokes rule")
     return SpectralTables(
         lights=pad(np.array(lights, dtype=np.float64).reshape(-1, bands)),
         reflectance=pad(np.array([made.reflectance for made in materials])),
         first=np.array(first, dtype=np.int64),
         last=np.array(last, dtype=np.int64),
         full=np.array(full, dtype=np.int64),
-        alpha=alpha,
-        beta=beta,
-        beta_below=np.where(block < overlap[:, :1], beta, np.float32(0)),
-        alpha_above=np.where(block >= overlap[:, 1:], alpha, np.float32(0)),
-        overlap=overlap,
-        triangle=triangle.astype(np.float32),
+        alpha=pad(np.array(alphas).reshape(-1, bands)),
+        beta=pad(np.array(betas).reshape(-1, bands)),
+        equal=np.float32(0.0 if rules == {"strict"} else 0.5),
         matrices=np.array(matrices, dtype=np.float32).reshape(-1, width, width),
     )
-
-
-def _one_rule(materials: Sequence[DonaldsonMatrix]) -> Stokes:
-    """The Stokes rule that all materials share."""
-    rules = {made.stokes for made in materials}
-    if len(rules) > 1:
-        raise ValueError("all materials of one sweep must use one Stokes rule")
-    return rules.pop()
-
-
-def _overlap(alpha: NDArray[np.float32], beta: NDArray[np.float32]) -> tuple[int, int]:
-    """Blocks [lo, hi) from the first emission to the last excitation; lo = hi where they do not overlap."""
-    lo = int(np.flatnonzero(alpha)[0]) // BLOCK
-    hi = int(np.flatnonzero(beta)[-1]) // BLOCK + 1
-    return lo, max(lo, hi)

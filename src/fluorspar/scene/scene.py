@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fluorspar.errors import OptionError, SceneError, SceneNotice, message
-from fluorspar.scene.builtin import BUILTIN, builtin_path
+from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
 from fluorspar.scene.nodes import children, kind, label, parse_scene, resolving
 from fluorspar.scene.renderer import SPECTRUM_VARIANT, use_variant
 from fluorspar.scene.surfaces import Light, Surface, read_surfaces
@@ -139,8 +139,11 @@ def load_scene(
         name = str(source)
         read = builtin_path(name) if name in BUILTIN else Path(source)
         base = read.resolve().parent
+    values = {key: str(value) for key, value in (parameters or {}).items()}
+    if name in BUILTIN:
+        values = builtin_parameters(name, values)
     with use_variant(SPECTRUM_VARIANT), resolving(base):
-        state = parse_scene(read, {key: str(value) for key, value in (parameters or {}).items()})
+        state = parse_scene(read, values)
         settings = _settings(state)
         table = read_surfaces(state, base=base, overrides=materials or {}, matte=matte)
     return Scene(name, tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, state, base)

@@ -151,14 +151,16 @@ class _Reader:
                 light = self.light(child, where=where)
             elif kind(self.state.nodes[child]) == "Medium":
                 raise SceneError(message("participating media are not supported", where=where, expected="surfaces only"))
-        front, back = self.sides(bsdf, where)
+        front, back = self.sides(bsdf, where, emits=light != NO_LIGHT)
         if (name := node.props.id()) in self.overrides:
             front = self.override(name)
             back = front if back != ABSORBS else ABSORBS
         self.table.surfaces.append(Surface(name or label(node, index), index, front, back, light))
 
-    def sides(self, bsdf: int | None, where: str) -> tuple[int, int]:
+    def sides(self, bsdf: int | None, where: str, *, emits: bool) -> tuple[int, int]:
         """Material rows of the two sides of a surface with this BSDF node."""
+        if bsdf is None and emits:
+            return ABSORBS, ABSORBS  # in Mitsuba a lamp without a BSDF is black
         if bsdf is None:
             if self.default_row is None:
                 self.default_row = self.add(Material("default", Spectrum.constant(_DEFAULT_REFLECTANCE, name="default")))

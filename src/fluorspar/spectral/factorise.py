@@ -8,7 +8,9 @@ the diagonal.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,7 @@ Array = NDArray[np.float64]
 
 _TURNS = 200
 _SETTLED = 1e-5  # relative change of the misfit
+_DEEP = 0.05  # of the highest value: a minimum that separates two lobes
 _ROUNDS = 10  # of the search for the weight of the curvature: a factor of 10 / 2**10 decades
 
 
@@ -36,6 +39,9 @@ class Factors:
         What was taken for the instrument's baseline.
     misfit : float
         Sum over cells of squared residual / noise variance, baselines (and row sums, if asked for) included.
+    open_emission : ndarray of bool, shape (K, M)
+    open_excitation : ndarray of bool, shape (K, P)
+        Where the factors may differ from 0.
     curvature : float
         Weight of the curvature penalty.
     """
@@ -44,6 +50,8 @@ class Factors:
     excitation: Array
     baseline: Array
     misfit: float
+    open_emission: NDArray[np.bool_]
+    open_excitation: NDArray[np.bool_]
     curvature: float = 0.0
 
     @property
@@ -94,7 +102,7 @@ class Problem:
         row_tolerance: float = np.inf,
         mirrored: bool = False,
     ) -> None:
-        self.cells = cells
+        self.cells, self.shift = cells, shift
         self.lit = (shift < -0.5) if mirrored else (shift > 0.5)
         self.row_weight = row_tolerance**-2
         self.row_sums = (cells * self.lit).sum(axis=1)
@@ -120,51 +128,80 @@ class Problem:
     def nothing(self) -> Factors:
         """Return the factors of a surface without luminescence."""
         m, p = self.cells.shape
-        return self._factors(np.zeros((0, m)), np.zeros((0, p)), 0.0)
+        zero, everywhere = (np.zeros((0, m)), np.zeros((0, p))), (np.ones((0, m), bool), np.ones((0, p), bool))
+        misfit, baseline = self._misfit(np.zeros((m, p)))
+        return Factors(*zero, baseline, misfit, *everywhere)
 
-    def grow(self, factors: Factors, *, curvature: float = 0.0) -> Factors:
+    def grow(self, factors: Factors) -> Factors:
         """Return the best fit with one term more, started from `factors` and the strongest pattern they leave."""
         left = np.where(self.lit, self.cells - factors.baseline - factors.product, 0.0)
         u, s, vt = np.linalg.svd(np.maximum(left, 0.0))
-        emission = np.vstack([factors.emission, np.abs(u[:, 0]) * np.sqrt(s[0])])
-        excitation = np.vstack([factors.excitation, np.abs(vt[0]) * np.sqrt(s[0])])
-        return self.fit(emission, excitation, curvature=curvature)
+        a, b = np.abs(u[:, 0]) * np.sqrt(s[0]), np.abs(vt[0]) * np.sqrt(s[0])
+        return self.fit(
+            replace(
+                factors,
+                emission=np.vstack([factors.emission, a]),
+                excitation=np.vstack([factors.excitation, b]),
+                open_emission=np.vstack([factors.open_emission, np.ones((1, len(a)), bool)]),
+                open_excitation=np.vstack([factors.open_excitation, np.ones((1, len(b)), bool)]),
+            )
+        )
 
-    def fit(self, emission: Array, excitation: Array, *, curvature: float = 0.0) -> Factors:
-        """Return the best non-negative factors, started from `emission` (K, M) and `excitation` (K, P).
+    def fit(self, start: Factors) -> Factors:
+        """Return the best non-negative factors of this problem, started from others of their rank.
 
-        The penalty is `curvature` times the squared second differences of both, which are taken to be 0 beyond the
-        red end, emission also before the blue end; the scale that a and b can exchange is set so that both bend as much.
+        What the start has closed stays 0, and its curvature is kept: the penalty is `curvature` times the squared second
+        differences of both factors, which are taken to be 0 beyond the red end, emission also before the blue end; the
+        scale that a and b can exchange is set so that both bend as much.
         """
-        a, b = emission, excitation
+        a, b, curvature = start.emission, start.excitation, start.curvature
+        bend_a, bend_b = self._bend_emission, self._bend_excitation
+        penalty_a, penalty_b = (curvature * bend.T @ bend for bend in (bend_a, bend_b))
         cost = np.inf
         for _ in range(_TURNS):
-            a = _solve(*self._for_emission(b), curvature * self._bend_emission.T @ self._bend_emission)
-            b = _solve(*self._for_excitation(a), curvature * self._bend_excitation.T @ self._bend_excitation)
-            bent_a = np.linalg.norm(a @ self._bend_emission.T, axis=1)
-            bent_b = np.linalg.norm(b @ self._bend_excitation.T, axis=1)
+            a = _solve(*self._for_emission(b), penalty_a, start.open_emission)
+            b = _solve(*self._for_excitation(a), penalty_b, start.open_excitation)
+            bent_a, bent_b = (np.linalg.norm(x @ bend.T, axis=1) for x, bend in ((a, bend_a), (b, bend_b)))
             balance = np.sqrt((bent_b + 1e-12) / (bent_a + 1e-12))[:, None]
             a, b = a * balance, b / balance
             before = cost
-            cost = self._misfit(a.T @ b)[0] + curvature * 2 * float(bent_a @ bent_b)
+            misfit, baseline = self._misfit(a.T @ b)
+            cost = misfit + curvature * 2 * float(bent_a @ bent_b)
             if before - cost < _SETTLED * cost:
                 break
-        return self._factors(a, b, curvature)
+        return replace(start, emission=a, excitation=b, baseline=baseline, misfit=misfit)
 
-    def smooth(self, factors: Factors) -> Factors:
+    def prune(self, factors: Factors, least: float) -> Factors:
+        """Close side lobes of the excitation spectra that are noise of single columns, the weakest first.
+
+        A lobe lies between two deep minima. The strongest one of every spectrum stays. Others go if they explain less
+        than `least` of misfit, or lie on the red side of the emission peak, where no dye is excited.
+        """
+        for term in range(factors.rank):
+            peak = int(np.argmax(factors.emission[term]))
+            for lobe in _side_lobes(factors.excitation[term]):
+                still_open = factors.open_excitation.copy()
+                still_open[term, lobe] = False
+                without = self.fit(replace(factors, open_excitation=still_open))
+                beyond = bool(np.all(self.shift[peak, lobe] < 0))
+                if beyond or without.misfit - factors.misfit < least:
+                    factors = without
+        return factors
+
+    def smooth(self, factors: Factors, *, cautious: bool = False) -> Factors:
         """Return the smoothest factors the noise allows.
 
         The true factors miss the data by more than the best fit does, on average by one unit of misfit per free number.
-        So the curvature is penalised until the misfit has grown by that much (times the mean misfit of a cell, where
-        that is more than one: then the model, not the noise, is what limits the fit).
+        So the curvature is penalised until the misfit has grown by that much; if `cautious`, times the mean misfit of a
+        cell where that is more than one, as if all of it were noise.
         """
-        free = factors.rank * (len(self.cells) + self.cells.shape[1] - 1)
-        allowed = factors.misfit + free * max(1.0, factors.misfit / np.count_nonzero(self.weight))
+        per_number = max(1.0, factors.misfit / np.count_nonzero(self.weight)) if cautious else 1.0
+        allowed = factors.misfit + per_number * factors.rank * (sum(self.cells.shape) - 1)
         low, high = -2.0, 8.0  # log10 of the weight of the penalty
         best = factors
         for _ in range(_ROUNDS):
             middle = (low + high) / 2
-            tried = self.fit(best.emission, best.excitation, curvature=10.0**middle)
+            tried = self.fit(replace(best, curvature=10.0**middle))
             if tried.misfit <= allowed:
                 low, best = middle, tried
             else:
@@ -189,10 +226,6 @@ class Problem:
         right = np.einsum("km,mp->kp", a, self._pull)
         return normal, right + self.row_weight * np.einsum("kmp,m->kp", lit, self.row_sums)
 
-    def _factors(self, a: Array, b: Array, curvature: float) -> Factors:
-        misfit, baseline = self._misfit(a.T @ b)
-        return Factors(a, b, baseline, misfit, curvature)
-
     def _misfit(self, product: Array) -> tuple[float, Array]:
         """Return the misfit of a product (M, P) and the baseline (M, P) that goes with it."""
         model = np.where(self.lit, product, 0.0)
@@ -204,23 +237,38 @@ class Problem:
         return float(misfit), baseline
 
 
-def _solve(normal: Array, right: Array, penalty: Array) -> Array:
-    """Solve normal equations (K, N, K, N) for non-negative factors of shape (K, N), with a penalty (N, N) on each."""
+def _solve(normal: Array, right: Array, penalty: Array, is_open: NDArray[np.bool_]) -> Array:
+    """Solve normal equations (K, N, K, N) for non-negative factors of shape (K, N), with a penalty (N, N) on each.
+
+    Numbers that are not open, `is_open` of shape (K, N), are 0.
+    """
     from scipy.linalg import cholesky, solve_triangular
     from scipy.optimize import nnls
 
     k, n = right.shape
     for term in range(k):
         normal[term, :, term, :] += penalty
-    matrix = normal.reshape(k * n, k * n)
-    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-9 * np.diag(matrix).max() + 1e-300))
+    free = is_open.ravel()
+    matrix = normal.reshape(k * n, k * n)[np.ix_(free, free)]
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-9 * np.diag(matrix).max(initial=0.0) + 1e-300))
     matrix = matrix / np.outer(scale, scale)
-    upper = cholesky(matrix + 1e-7 * np.eye(k * n))  # the ridge settles numbers no cell depends on
-    target = solve_triangular(upper, right.ravel() / scale, trans="T")
-    return np.asarray(nnls(upper, target, maxiter=20 * k * n)[0] / scale).reshape(k, n)
+    upper = cholesky(matrix + 1e-7 * np.eye(len(matrix)))  # the ridge settles numbers no cell depends on
+    target = solve_triangular(upper, right.ravel()[free] / scale, trans="T")
+    found = np.zeros(k * n)
+    found[free] = nnls(upper, target, maxiter=20 * k * n)[0] / scale
+    return found.reshape(k, n)
 
 
 def _bend(count: int, *, zero_before: bool) -> Array:
     """Second differences of a spectrum of `count` values that is 0 beyond its red end, and before its blue end or not."""
     full = np.diff(np.eye(count + 4), 2, axis=0)
     return full[:, 2:-2] if zero_before else full[2:, 2:-2]
+
+
+def _side_lobes(spectrum: Array) -> Iterator[slice]:
+    """Yield all lobes of a spectrum but the one of largest area, the weakest first; they meet at its deep minima."""
+    before, here, after = spectrum[:-2], spectrum[1:-1], spectrum[2:]
+    minima = np.flatnonzero((here <= before) & (here <= after) & (here < _DEEP * spectrum.max())) + 1
+    edges = [0, *minima, len(spectrum)]
+    lobes = [slice(a, b) for a, b in pairwise(edges) if spectrum[a:b].any()]
+    yield from sorted(lobes, key=lambda lobe: float(spectrum[lobe].sum()))[:-1]

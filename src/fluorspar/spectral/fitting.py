@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ MOST_TERMS = 3
 """More terms than this are never chosen; more can be asked for."""
 
 _MORE_THAN_NOISE = 3.0  # how many times more than the same term finds in pure noise
-_ROW_TOLERANCE = 0.002  # radiance factor: about 0.1 of CIEDE2000
+_ROW_TOLERANCE = 0.003  # radiance factor: 0.1 to 0.2 of CIEDE2000
 _NEGLIGIBLE = 1e-4  # of the highest value of a spectrum; written as 0
 
 
@@ -118,11 +118,10 @@ def fit_material(
     noise = estimate_noise(measured.cells, shift)
     choice = choose_rank(measured, noise, rank)
     problem = Problem(measured.cells, shift, noise, row_tolerance=_ROW_TOLERANCE)
-    start = choice.factors
     factors = problem.nothing()
-    if start.rank:
-        curvature = start.curvature if smooth else 0.0
-        factors = problem.fit(start.emission, start.excitation, curvature=curvature)
+    if choice.factors.rank:
+        factors = problem.fit(replace(choice.factors, curvature=0.0))
+        factors = problem.smooth(factors) if smooth else factors
     title = name or measured.title
     table = _tables(measured, factors, support)
     scaled = _photon_limit(table)
@@ -169,7 +168,8 @@ def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None =
 
     A further term is accepted if it lowers the misfit three times more than one term does among the cells above the
     diagonal, where there is nothing to find but noise. That takes the true noise as the measure, however it is
-    correlated. Terms are as smooth as the first one may be: noise of single columns is not.
+    correlated. Terms are as smooth as the first one may be: noise of single columns is not. Lobes of a spectrum that explain
+    less than a term does in noise are dropped.
 
     Parameters
     ----------
@@ -201,14 +201,14 @@ def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None =
     gains: list[float] = []
     factors = problem.nothing()
     while len(gains) < (MOST_TERMS if rank is None else rank):
-        grown = problem.grow(factors, curvature=factors.curvature)
+        grown = problem.grow(factors)
         if not gains:
-            grown = problem.smooth(grown)
+            grown = problem.smooth(grown, cautious=True)
         gains.append(factors.misfit - grown.misfit)
         if rank is None and gains[-1] < least:
             break
         factors = grown
-    return RankChoice(factors, tuple(gains), float(noise_gain))
+    return RankChoice(problem.prune(factors, least / _MORE_THAN_NOISE), tuple(gains), float(noise_gain))
 
 
 def check_measured(measured: MeasuredMatrix) -> MeasuredMatrix:

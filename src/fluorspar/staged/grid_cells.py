@@ -1,4 +1,4 @@
-"""Cut a planar mesh into the cells of a grid."""
+"""Cut a planar, or nearly planar, mesh into the cells of a grid."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def grid_cells(mesh: TriangleMesh, count: int) -> tuple[TriangleMesh, NDArray[np
     Parameters
     ----------
     mesh
-        Planar.
+        Planar; a height over the plane, where there is a little, is kept.
     count
         N; 1 or more.
 
@@ -47,9 +47,9 @@ def grid_cells(mesh: TriangleMesh, count: int) -> tuple[TriangleMesh, NDArray[np
         raise OptionError(message("a surface needs at least one emitter", got=count, expected="1 or more"))
     origin, axes = _smallest_rectangle(mesh)
     flat = (mesh.vertices - origin) @ axes.T
-    corners = flat[mesh.faces][..., :2]
-    low = corners.min(axis=(0, 1))
-    width = np.ptp(corners, axis=(0, 1)) / count
+    corners = flat[mesh.faces]
+    low, width = corners.min(axis=(0, 1)), np.ptp(corners, axis=(0, 1)) / count
+    low[2], width[2] = 0.0, 1.0
     polygons: list[Array] = []
     cells: list[int] = []
     for triangle in (corners - low) / width:
@@ -66,9 +66,7 @@ def grid_cells(mesh: TriangleMesh, count: int) -> tuple[TriangleMesh, NDArray[np
         fan = [(first, first + k, first + k + 1) for k in range(1, len(polygon) - 1)]
         faces += fan
         of_face += [cell] * len(fan)
-    plane = np.array(vertices) * width + low
-    height = float(flat[:, 2].mean())
-    world = np.column_stack([plane, np.full(len(plane), height)]) @ axes + origin
+    world = (np.array(vertices) * width + low) @ axes + origin
     cut = TriangleMesh(world, np.array(faces, dtype=np.int64))
     kept = cut.areas > _NO_AREA * cut.areas.sum()
     _, number = np.unique(np.array(of_face)[kept], return_inverse=True)
@@ -76,7 +74,7 @@ def grid_cells(mesh: TriangleMesh, count: int) -> tuple[TriangleMesh, NDArray[np
 
 
 def _strips(polygon: Array, axis: int, count: int) -> list[tuple[int, Array]]:
-    """Cut a convex polygon (n, 2), in units of cells, into the strips it meets along one axis."""
+    """Cut a convex polygon (n, 3), in units of cells, into the strips it meets along one axis."""
     first = int(np.clip(np.floor(polygon[:, axis].min()), 0, count - 1))
     last = int(np.clip(np.ceil(polygon[:, axis].max()), first + 1, count))
     strips = []
@@ -99,7 +97,7 @@ def _clip(polygon: Array, axis: int, bound: float, *, above: bool) -> Array:
             kept.append(last + (here - last) * (d0 / (d0 - d1)))
         if d1 >= 0:
             kept.append(here)
-    return np.array(kept).reshape(-1, 2)
+    return np.array(kept).reshape(-1, 3)
 
 
 def _smallest_rectangle(mesh: TriangleMesh) -> tuple[Array, Array]:

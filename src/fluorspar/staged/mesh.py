@@ -13,7 +13,8 @@ from fluorspar.errors import SceneError, message
 __all__ = ["TriangleMesh"]
 
 Array = NDArray[np.float64]
-_PLANAR = 1e-4
+_PLANAR = 1e-4  # height over extent, of surfaces with vertex normals
+_NEARLY_PLANAR = 1e-2  # of surfaces without: walls of measured rooms are a little skew
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +83,13 @@ class TriangleMesh:
 
     @property
     def is_planar(self) -> bool:
-        """Whether all faces lie in one plane and face the same way."""
+        """Whether the faces lie in one plane, or nearly so where no vertex normals round the surface off."""
         normal = self.areas @ self.face_normals
         normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
         heights = self.vertices[self.faces].reshape(-1, 3) @ normal
         same_way = (self.face_normals @ normal)[self.areas > 0].min() > 0
-        return bool(same_way and np.ptp(heights) <= _PLANAR * self.size)
+        limit = _NEARLY_PLANAR if self.normals is None else _PLANAR
+        return bool(same_way and np.ptp(heights) <= limit * self.size)
 
     def flipped(self) -> TriangleMesh:
         """The same surface, front and back exchanged."""

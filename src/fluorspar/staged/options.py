@@ -68,7 +68,7 @@ class StagedOptions:
     filter_edges: bool = False
     keep_intermediate: Path | None = None
     repeats: int = 4
-    patch_samples: int = 4096
+    patch_samples: int = 1024
 
     def __post_init__(self) -> None:
         for name in _POSITIVE:

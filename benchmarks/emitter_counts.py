@@ -1,0 +1,89 @@
+"""Component 5 of the staged method against the one-pass method, for several numbers of emitters.
+
+Prints, for each number, the errors of averages over blocks of 16 x 16 pixels, without the emitting surfaces and a
+margin of 8 pixels around them; and the root mean square difference between successive numbers.
+
+    python benchmarks/emitter_counts.py [SCENE] [--counts 2 4 8 16] [--spp 256] [--size 128]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+import fluorspar
+from fluorspar.scene.scene import load_scene
+from fluorspar.spectral.wavelengths import Wavelengths
+from fluorspar.staged.equations import relative_rmse
+from fluorspar.staged.estimate import render_staged
+from fluorspar.staged.mitsuba_renderer import MitsubaRenderer
+from fluorspar.staged.options import StagedOptions
+
+BLOCK, MARGIN = 16, 8
+
+
+def blocks(values: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """Averages over the valid pixels of each block that has at least half of them; (blocks, N)."""
+    height, width = (side // BLOCK for side in valid.shape)
+    shape = (height, BLOCK, width, BLOCK)
+    weight = valid.reshape(shape).sum(axis=(1, 3))
+    sums = (values * valid[..., None]).reshape(*shape, -1).sum(axis=(1, 3))
+    kept = weight >= BLOCK * BLOCK / 2
+    return sums[kept] / weight[kept][:, None]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene", nargs="?", default="cornell-box")
+    parser.add_argument("--mesh")
+    parser.add_argument("--counts", type=int, nargs="+", default=[2, 4, 8, 16])
+    parser.add_argument("--mode", default="true")
+    parser.add_argument("--exclude", action="store_true", help="leave out the emitting object")
+    parser.add_argument("--spp", type=int, default=256)
+    parser.add_argument("--reference", type=int, default=2048)
+    parser.add_argument("--size", type=int, default=128)
+    parser.add_argument("--wavelengths", default="440:640:100")
+    args = parser.parse_args()
+    parameters = {"mesh": args.mesh} if args.mesh else None
+    scene = load_scene(args.scene, parameters=parameters).with_settings(width=args.size, height=args.size, spp=args.spp)
+    grid = Wavelengths.parse(args.wavelengths)
+    began = time.perf_counter()
+    paths = fluorspar.render(scene, spp=args.reference, wavelengths=grid, seed=1, component_errors=True)
+    print(f"reference: paths, {args.reference} samples, {time.perf_counter() - began:.0f} s")
+    rows = [row for row, made in enumerate(scene.materials) if made.fluorescent]
+    renderer = MitsubaRenderer()
+    with renderer.session():
+        seen = renderer.load(scene).rows_seen(seed=0, scale=1)
+    valid = ~binary_dilation(np.isin(seen, rows), iterations=MARGIN) & (seen >= 0)
+    name = "luminescent_reflection"
+    reference = paths.component(name).values.astype(float)
+    band = int(np.argmax(reference.mean(axis=(0, 1))))
+    expected = blocks(reference, valid)[:, band]
+    print(f"{len(expected)} blocks, {grid.values[band]:g} nm")
+    print(f"{'count':>6}{'mean':>9}{'rms':>9}{'worst':>9}{'total':>9}{'seconds':>9}   to the last count: rms / mean")
+    before = None
+    for count in args.counts:
+        options = StagedOptions(
+            emitters=count, patches=count, mode=args.mode, exclude_emitter_geometry=args.exclude, patch_samples=max(1024, 65536 // count**2)
+        )
+        began = time.perf_counter()
+        staged = render_staged(scene, grid, seed=2, options=options)
+        seconds = time.perf_counter() - began
+        image = staged.component(name).values.astype(float)
+        error = blocks(image, valid)[:, band] / expected - 1
+        both = [x.total(single_bounce=True).values.astype(float) for x in (staged, paths)]
+        whole = blocks(both[0], valid)[:, band].mean() / blocks(both[1], valid)[:, band].mean() - 1
+        step = "" if before is None else f"{relative_rmse(blocks(before, valid), blocks(image, valid)):.4f} (blocks), {relative_rmse(before, image):.4f} (pixels)"
+        print(
+            f"{count:>6}{error.mean():>9.2%}{np.sqrt(np.mean(error**2)):>9.2%}{np.abs(error).max():>9.2%}"
+            f"{whole:>9.2%}{seconds:>9.1f}   {step}",
+            flush=True,
+        )
+        before = image
+
+
+if __name__ == "__main__":
+    main()

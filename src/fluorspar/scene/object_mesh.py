@@ -1,0 +1,173 @@
+"""The curved object of the scene `cornell-mesh`: a procedural mesh, or a file of the user's fitted into the box."""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import tempfile
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import SceneError, SceneNotice, message
+
+if TYPE_CHECKING:
+    import trimesh
+
+__all__ = ["FORMATS", "object_file", "procedural_mesh", "read_mesh"]
+
+FORMATS = (".obj", ".ply", ".stl", ".gltf", ".glb")
+_CENTRE = (278.0, 279.6)  # of the floor of the Cornell box: x, z, in mm
+_EXTENT = 330.0  # largest side of the object's bounding box in mm, the height of the box's tall block
+_STRAY = 0.01  # a component with less than this share of the area of the largest does not belong to the object
+
+_folder: Any = None
+
+
+def object_file(path: Path | None = None) -> Path:
+    """Prepare the object of `cornell-mesh` as a PLY file in the box's coordinates.
+
+    The mesh is centred over the floor, scaled so that its largest side is 330 mm, and set on the floor. The file
+    lasts as long as this process; no other file is written.
+
+    Parameters
+    ----------
+    path
+        A mesh, y up (OBJ, PLY, STL, glTF); None for the procedural one.
+
+    Raises
+    ------
+    SceneError
+        If the file is missing, unreadable, of another kind, or holds no faces.
+
+    Warns
+    -----
+    SceneNotice
+        If stray components were dropped, or the mesh is not watertight.
+
+    Examples
+    --------
+    >>> object_file().suffix
+    '.ply'
+    """
+    mesh = procedural_mesh() if path is None else read_mesh(path)
+    low, high = mesh.bounds
+    scale = _EXTENT / float((high - low).max())
+    centre = (low + high) / 2
+    mesh.apply_translation([-centre[0], -low[1], -centre[2]])
+    mesh.apply_scale(scale)
+    mesh.apply_translation([_CENTRE[0], 0.0, _CENTRE[1]])
+    data = _ply(np.asarray(mesh.vertices), np.asarray(mesh.faces), np.asarray(mesh.vertex_normals))
+    target = _own_folder() / f"object-{hashlib.sha256(data).hexdigest()[:16]}.ply"
+    if not target.exists():
+        target.write_bytes(data)
+    return target
+
+
+def procedural_mesh() -> trimesh.Trimesh:
+    """Make a closed, smooth, partly concave body of 20,480 triangles by waves on a sphere.
+
+    Examples
+    --------
+    >>> procedural_mesh().is_watertight
+    True
+    """
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=1.0)
+    x, y, z = np.asarray(ball.vertices).T
+    radius = 1 + 0.22 * np.sin(3 * x + 0.5) * np.cos(2.5 * y) + 0.16 * np.sin(4 * z + 2 * x) + 0.1 * np.cos(5 * y - z)
+    return trimesh.Trimesh(np.asarray(ball.vertices) * radius[:, np.newaxis], ball.faces, process=False)
+
+
+def read_mesh(path: Path) -> trimesh.Trimesh:
+    """Read a mesh file, all its parts as one.
+
+    Raises
+    ------
+    SceneError
+        If the file is missing, unreadable, of another kind, or holds no faces.
+
+    Warns
+    -----
+    SceneNotice
+        If stray components were dropped, or the mesh is not watertight.
+    """
+    import trimesh
+
+    if not path.is_file():
+        raise SceneError(message("the mesh file does not exist", where=path, fix="check the path"))
+    if path.suffix.lower() not in FORMATS:
+        raise SceneError(
+            message("this kind of mesh file is not known", where=path, got=path.suffix, expected=", ".join(FORMATS))
+        )
+    try:
+        mesh = trimesh.load(path, force="mesh")
+    except Exception as err:  # the readers raise whatever the damage leads to
+        raise SceneError(message("the mesh cannot be read", where=path, got=err, expected="a mesh of triangles")) from err
+    faces = getattr(mesh, "faces", ())
+    if len(faces) == 0 or not np.isfinite(mesh.vertices).all() or not mesh.area > 0:
+        raise SceneError(
+            message(
+                "the mesh has no faces with an area",
+                where=path,
+                got=f"{len(getattr(mesh, 'vertices', ()))} vertices, {len(faces)} faces",
+                expected="a mesh of triangles",
+            )
+        )
+    return _repaired(mesh, path)
+
+
+def _repaired(mesh: trimesh.Trimesh, path: Path) -> trimesh.Trimesh:
+    """Drop stray components, turn a closed mesh outside out, say what else is wrong."""
+    import trimesh
+
+    mesh.merge_vertices(merge_norm=True, merge_tex=True)
+    label = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    areas = np.bincount(label, mesh.area_faces)
+    stray = areas < _STRAY * areas.max()
+    if stray.any():
+        dropped = stray[label]
+        warnings.warn(
+            f"{path.name}: {int(stray.sum())} stray components with {int(dropped.sum())} of {len(mesh.faces)} triangles "
+            "are left out",
+            SceneNotice,
+            stacklevel=4,
+        )
+        mesh.update_faces(~dropped)
+        mesh.remove_unreferenced_vertices()
+    if not mesh.is_watertight:
+        warnings.warn(
+            f"{path.name} is not watertight: light gets in through the holes and is absorbed by the inner side, which is "
+            "black, so the object looks darker there than a closed one",
+            SceneNotice,
+            stacklevel=4,
+        )
+    elif mesh.volume < 0:
+        mesh.invert()
+    return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+
+
+def _ply(vertices: NDArray[np.floating], faces: NDArray[np.integer], normals: NDArray[np.floating]) -> bytes:
+    """Encode a mesh with vertex normals as binary PLY."""
+    corners = np.hstack([vertices, normals]).astype("<f4")
+    triangles = np.empty(len(faces), dtype=[("count", "u1"), ("corner", "<i4", 3)])
+    triangles["count"], triangles["corner"] = 3, faces
+    properties = "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(corners)}\n{properties}"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    return header.encode("ascii") + corners.tobytes() + triangles.tobytes()
+
+
+def _own_folder() -> Path:
+    """A temporary folder that goes when the process ends: a scene reads its mesh again for each method."""
+    global _folder
+    if _folder is None:
+        _folder = tempfile.TemporaryDirectory(prefix="fluorspar-")
+        atexit.register(_folder.cleanup)
+    return Path(_folder.name)

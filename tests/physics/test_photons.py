@@ -1,0 +1,53 @@
+"""Photon balance: a material that turns each photon it gets into exactly one photon.
+
+Rationale
+    In the uniformly emitting cavity, light that was scattered k times has the radiance D^k L_e. If D conserves
+    photons, each of these holds as many photons as L_e, so with paths of at most N scatterings
+    sum(lambda y) = (N + 1) sum(lambda L_e), max_depth = N + 1. The rule holds for whatever D does between
+    wavelengths; it is about how often light is scattered, and about luminescence in units of photons.
+Expected
+    The image mean of sum(lambda y) / sum(lambda L_e) is N + 1 within 4.5 standard errors of it, which are below
+    0.1 % of N + 1.
+Samples
+    48 x 48 pixels, 64 samples: 1.5e5 paths, each of which scatters by less than 0.33 of its value.
+    N = 60 is more than the vertices a record holds at a time.
+Result
+    RESULT
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lab import FINE, bell, furnace, light_values, luminescence, paint, sampled, write
+
+from fluorspar import Material, Wavelengths, load_scene, render
+
+GRID = Wavelengths(400, 700, 20)
+
+
+def photon_conserving() -> Material:
+    """S(ex) = 1 - sum over em of B(em, ex) em / ex, on GRID: what is not turned into longer waves is reflected."""
+    alpha, beta = bell(560, 50, 0.5), bell(480, 50)
+    w = GRID.values
+    S = 1 - (w @ luminescence(alpha, beta, GRID)) / w
+    assert 0.2 < S.min() < 0.6, "much of the light at some wavelengths is turned into longer waves"
+    made = paint("conserving", np.interp(FINE, w, S), alpha, beta)
+    np.testing.assert_allclose(made.on(GRID).photon_yield(), 1, rtol=1e-9)
+    return made
+
+
+@pytest.mark.parametrize("scatterings", [0, 1, 2, 5, 20, 60])
+def test_every_scattering_conserves_photons(scatterings: int, tmp_path: Path) -> None:
+    xml = furnace(48, 64, max_depth=scatterings + 1, rr_depth=1000)
+    scene = load_scene(write(tmp_path, xml), materials={"cavity": photon_conserving()})
+    image = render(scene, wavelengths=GRID, seed=6)
+    photons = image.total().values.astype(float) @ GRID.values / (GRID.values @ sampled(light_values(), GRID))
+    if scatterings == 0:
+        np.testing.assert_allclose(photons, 1, rtol=1e-6)
+        return
+    error = photons.std() / np.sqrt(photons.size)
+    assert error < 0.001 * (scatterings + 1)
+    assert abs(photons.mean() - (scatterings + 1)) < 4.5 * error
