@@ -1,9 +1,12 @@
 """Component 5 of the staged method against the one-pass method, for several numbers of emitters.
 
-Prints, for each number, the errors of averages over blocks of 16 x 16 pixels, without the emitting surfaces and a
-margin of 8 pixels around them; and the root mean square difference between successive numbers.
+Prints, for each number, the errors of averages over blocks of 16 x 16 pixels, without the emitting surfaces
+and a margin of 8 pixels around them; and the root mean square difference between successive numbers.
 
     python benchmarks/emitter_counts.py [SCENE] [--counts 2 4 8 16] [--spp 256] [--size 128]
+    python benchmarks/emitter_counts.py cornell-mesh --mesh FILE --counts 25 100 400 --window 29 29 99 99
+
+The window of the second call is the back wall in an image of 128 x 128 pixels.
 """
 
 from __future__ import annotations
@@ -46,9 +49,14 @@ def main() -> None:
     parser.add_argument("--reference", type=int, default=2048)
     parser.add_argument("--size", type=int, default=128)
     parser.add_argument("--wavelengths", default="440:640:100")
+    parser.add_argument(
+        "--window", type=int, nargs=4, help="x0 y0 x1 y1: pixels that count, such as those of one wall"
+    )
     args = parser.parse_args()
     parameters = {"mesh": args.mesh} if args.mesh else None
-    scene = load_scene(args.scene, parameters=parameters).with_settings(width=args.size, height=args.size, spp=args.spp)
+    scene = load_scene(args.scene, parameters=parameters).with_settings(
+        width=args.size, height=args.size, spp=args.spp
+    )
     grid = Wavelengths.parse(args.wavelengths)
     began = time.perf_counter()
     paths = fluorspar.render(scene, spp=args.reference, wavelengths=grid, seed=1, component_errors=True)
@@ -58,16 +66,30 @@ def main() -> None:
     with renderer.session():
         seen = renderer.load(scene).rows_seen(seed=0, scale=1)
     valid = ~binary_dilation(np.isin(seen, rows), iterations=MARGIN) & (seen >= 0)
+    if args.window:
+        x0, y0, x1, y1 = args.window
+        inside = np.zeros_like(valid)
+        inside[y0:y1, x0:x1] = True
+        valid &= inside
     name = "luminescent_reflection"
     reference = paths.component(name).values.astype(float)
     band = int(np.argmax(reference.mean(axis=(0, 1))))
     expected = blocks(reference, valid)[:, band]
     print(f"{len(expected)} blocks, {grid.values[band]:g} nm")
-    print(f"{'count':>6}{'mean':>9}{'rms':>9}{'worst':>9}{'total':>9}{'seconds':>9}   to the last count: rms / mean")
+    print(
+        f"{'count':>6}{'mean':>9}{'rms':>9}{'worst':>9}{'total':>9}{'seconds':>9}   to the last count: rms / mean"
+    )
     before = None
     for count in args.counts:
+        # the emitters of walls vary in a room, those of the object in a scene with a mesh
+        walls, patches = (8, count) if "mesh" in args.scene else (count, count)
+        samples = max(1024, 65536 // (patches if "mesh" in args.scene else count**2))
         options = StagedOptions(
-            emitters=count, patches=count, mode=args.mode, exclude_emitter_geometry=args.exclude, patch_samples=max(1024, 65536 // count**2)
+            emitters=walls,
+            patches=patches,
+            mode=args.mode,
+            exclude_emitter_geometry=args.exclude,
+            patch_samples=samples,
         )
         began = time.perf_counter()
         staged = render_staged(scene, grid, seed=2, options=options)
@@ -76,7 +98,11 @@ def main() -> None:
         error = blocks(image, valid)[:, band] / expected - 1
         both = [x.total(single_bounce=True).values.astype(float) for x in (staged, paths)]
         whole = blocks(both[0], valid)[:, band].mean() / blocks(both[1], valid)[:, band].mean() - 1
-        step = "" if before is None else f"{relative_rmse(blocks(before, valid), blocks(image, valid)):.4f} (blocks), {relative_rmse(before, image):.4f} (pixels)"
+        step = (
+            ""
+            if before is None
+            else f"{relative_rmse(blocks(before, valid), blocks(image, valid)):.4f} (blocks), {relative_rmse(before, image):.4f} (pixels)"
+        )
         print(
             f"{count:>6}{error.mean():>9.2%}{np.sqrt(np.mean(error**2)):>9.2%}{np.abs(error).max():>9.2%}"
             f"{whole:>9.2%}{seconds:>9.1f}   {step}",

@@ -124,6 +124,7 @@ def render(
         raise OptionError(message("materials come too late for a loaded scene", fix="give them to load_scene"))
     width, height = size or (None, None)
     scene = scene.with_settings(spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth)
+    scene = scene.with_whole_samples()
     settings = scene.settings
     grid = Wavelengths.parse(wavelengths) if isinstance(wavelengths, str) else wavelengths or Wavelengths()
     attrs: dict[str, Any] = {

@@ -13,7 +13,7 @@ Geometry
     0.35 %, 0.08 % and 0.023 % on the cap, a quarter for each step: 0.006 % for this mesh, far below 0.5 %.
     (Mitsuba's analytic `sphere` would not do: lit from inside, stock `path` shows direct light 0.42 % too bright.)
 Samples
-    Components scatter by up to 0.7 of their value per sample; 64 x 64 pixels of 256 samples, half of them on the cap,
+    Components scatter by up to 0.7 of their value per sample; 64 x 64 pixels of 512 samples, half of them on the cap,
     know each mean to 0.1 % or better, and 0.5 % is 5 standard errors.
 Result
     RESULT
@@ -99,7 +99,7 @@ def rendered(tmp_path_factory: pytest.TempPathFactory) -> tuple[SpectralImage, A
         write_obj(folder / f"{name}.obj", triangles[chosen])
         shapes += f"""<shape type="obj" id="{name}"> <string name="filename" value="{name}.obj"/>
             <boolean name="face_normals" value="true"/> <emitter type="area"> {curve("radiance", L[number])} </emitter> </shape>"""
-    camera = sensor(64, 256, origin="0.1, 0, 0", target="1, 0, 0.3", fov=100, up="0, 0, 1")
+    camera = sensor(64, 512, origin="0.1, 0, 0", target="1, 0, 0.3", fov=100, up="0, 0, 1")
     scene = load_scene(
         write(folder, f'<scene version="3.0.0"> {integrator()} {camera} {shapes} </scene>'),
         materials={"cap": paint("cap", S[0], *DYES[0]), "rest": paint("rest", S[1], *DYES[1])},

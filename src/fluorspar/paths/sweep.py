@@ -164,6 +164,35 @@ def _luminesce(out: Any, light: Any, absorbed: Any, row: int, width: int, tables
 
 
 @numba.njit(inline="always")
+def _luminesce_both(
+    out: Any, light: Any, absorbed: Any, out2: Any, light2: Any, absorbed2: Any, row: int, width: int, tables: Any
+) -> None:
+    """Do as `_luminesce` for two lights at once; the running sums wait for one another, not for themselves."""
+    full = tables.full[row]
+    if full >= 0:
+        for ex in range(width):
+            for j in range(width):
+                out[j] += tables.matrices[full, ex, j] * light[ex]
+                out2[j] += tables.matrices[full, ex, j] * light2[ex]
+    for q in range(tables.first[row], tables.last[row]):
+        for j in range(width):
+            absorbed[j] = tables.beta[q, j] * light[j]
+            absorbed2[j] = tables.beta[q, j] * light2[j]
+        below = np.float32(0)
+        below2 = np.float32(0)
+        for j in range(width):
+            here = absorbed[j]
+            here2 = absorbed2[j]
+            absorbed[j] = below + tables.equal * here
+            absorbed2[j] = below2 + tables.equal * here2
+            below += here
+            below2 += here2
+        for j in range(width):
+            out[j] += tables.alpha[q, j] * absorbed[j]
+            out2[j] += tables.alpha[q, j] * absorbed2[j]
+
+
+@numba.njit(inline="always")
 def _fetch(records: Any, i: int, at: int, rr_depth: int, one_light: bool, vertex: Any, spectrum: Any) -> tuple[int, int]:
     """Copy the records of path `i` behind those already in the buffers; return the new count and the child.
 
@@ -221,10 +250,13 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
         V = np.zeros(width, dtype=np.float32)
         W = np.zeros(width, dtype=np.float32)
         scratch = np.zeros(width, dtype=np.float32)
+        scratch2 = np.zeros(width, dtype=np.float32)
 
-        # Sums at the camera vertex for each material row, of a batch and of the pixel: E_D, R_1 - E_D, F_1, G_1.
-        batch = np.zeros((rows, 4, width), dtype=np.float32)
+        # Sums at the camera vertex for each material row: E_D, R_1 - E_D, F_1, G_1 of the pixel, and all light of
+        # the batch. What belongs to one batch alone is the difference to the sums before it.
         pixel = np.zeros((rows, 4, width), dtype=np.float32)
+        before = np.zeros((rows, 4, width), dtype=np.float32)
+        batch = np.zeros((rows, width), dtype=np.float32)
         batch_direct = np.zeros(rows, dtype=np.float32)
         touched = np.zeros(rows, dtype=np.bool_)
         touched_pixel = np.zeros(rows, dtype=np.bool_)
@@ -287,19 +319,20 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
                         e = w + h
                         fluorescent = tables.last[r] > tables.first[r] or tables.full[r] >= 0
                         if fluorescent:
-                            for j in range(width):
-                                V[j] = 0
-                            _luminesce(V, R, scratch, r, width, tables)
                             if luminesced:
                                 for j in range(width):
                                     U[j] = F[j] + G[j]
+                                    V[j] = 0
                                     W[j] = 0
-                                _luminesce(W, U, scratch, r, width, tables)
+                                _luminesce_both(V, R, scratch, W, U, scratch2, r, width, tables)
                                 for j in range(width):
                                     F[j] = f * (S[r, j] * F[j] + V[j])
                                     G[j] = f * (S[r, j] * G[j] + W[j])
                             else:
                                 luminesced = True
+                                for j in range(width):
+                                    V[j] = 0
+                                _luminesce(V, R, scratch, r, width, tables)
                                 for j in range(width):
                                     F[j] = f * V[j]
                                     G[j] = 0
@@ -326,14 +359,20 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
                         a = vertex[0, 1]
                         c = vertex[0, 2]
                         for j in range(width):
-                            batch[r, 0, j] += w * L[a, j] + h * L[c, j]
+                            e = w * L[a, j] + h * L[c, j]
+                            pixel[r, 0, j] += e
+                            batch[r, j] += e
                     if n > 1:
-                        for j in range(width):
-                            batch[r, 1, j] += R[j]
                         if luminesced:
                             for j in range(width):
-                                batch[r, 2, j] += F[j]
-                                batch[r, 3, j] += G[j]
+                                pixel[r, 1, j] += R[j]
+                                pixel[r, 2, j] += F[j]
+                                pixel[r, 3, j] += G[j]
+                                batch[r, j] += R[j] + F[j] + G[j]
+                        else:
+                            for j in range(width):
+                                pixel[r, 1, j] += R[j]
+                                batch[r, j] += R[j]
 
                 # The batch is full: its total (or all its components) for the standard error.
                 per_sample = one / np.float32(end - begin)
@@ -354,19 +393,24 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
                     touched[r] = False
                     touched_pixel[r] = True
                     if one_light:
-                        for j in range(width):
-                            batch[r, 0, j] = batch_direct[r] * L[0, j]
+                        e = batch_direct[r]
                         batch_direct[r] = 0
+                        for j in range(width):
+                            pixel[r, 0, j] += e * L[0, j]
+                            batch[r, j] += e * L[0, j]
                     for j in range(width):
-                        U[j] = batch[r, 0, j] + batch[r, 1, j] + batch[r, 2, j] + batch[r, 3, j]
-                        total[j] += S[r, j] * U[j]
+                        U[j] = batch[r, j]
+                        total[j] += S[r, j] * batch[r, j]
+                        batch[r, j] = 0
                     _luminesce(total, U, scratch, r, width, tables)
                     if component_errors:
-                        _components(y, batch, r, width, tables, U, V, scratch)
-                    for q in range(4):
-                        for j in range(width):
-                            pixel[r, q, j] += batch[r, q, j]
-                            batch[r, q, j] = 0
+                        for q in range(4):
+                            for j in range(width):
+                                before[r, q, j] = pixel[r, q, j] - before[r, q, j]
+                        _components(y, before, r, width, tables, U, V, scratch)
+                        for q in range(4):
+                            for j in range(width):
+                                before[r, q, j] = pixel[r, q, j]
                 size = np.float32(end - begin)
                 _tally(pivot, sums, squares, COMPONENT_COUNT, total, per_sample, size, b, width)
                 if component_errors:
@@ -385,6 +429,7 @@ def _kernel(width: int, one_light: bool, component_errors: bool) -> Callable[...
                     for q in range(4):
                         for j in range(width):
                             pixel[r, q, j] = 0
+                            before[r, q, j] = 0
             for j in range(width):
                 y[0, j] = source[j]
                 source[j] = 0

@@ -56,7 +56,9 @@ class Tracer:
         self.scene = scene
         self.settings = settings
         self.seed = seed
-        self.row_of_shape = mi.UInt32(scene.row_of_shape)
+        self.first_row_of_shape = mi.UInt32(scene.first_row_of_shape)
+        self.rows_per_primitive = mi.UInt32(scene.rows_per_primitive)
+        self.rows = mi.UInt32(scene.rows)
         self.light_of_emitter = mi.UInt32(scene.light_of_emitter)
         self.one_light = len(scene.light_of_emitter) == 0 or len(scene.mitsuba_scene.emitters()) == 1
         self.survival = mi.Float(np.asarray(survival, dtype=np.float32))
@@ -177,7 +179,9 @@ def _trace(
         side = dr.select(si.wi.z > 0, mi.UInt32(0), mi.UInt32(1))
         active &= si.is_valid()
         shape = dr.reinterpret_array(mi.UInt32, si.shape)
-        row = dr.gather(mi.UInt32, tracer.row_of_shape, 2 * shape + side, active)
+        first = dr.gather(mi.UInt32, tracer.first_row_of_shape, shape, active)
+        own = dr.gather(mi.UInt32, tracer.rows_per_primitive, shape, active)
+        row = dr.gather(mi.UInt32, tracer.rows, first + own * si.prim_index + side, active)
         active &= row != NO_ROW
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth

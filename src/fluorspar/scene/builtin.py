@@ -37,8 +37,8 @@ def builtin_path(name: str) -> Path:
 def builtin_parameters(name: str, parameters: Mapping[str, str]) -> dict[str, str]:
     """Complete the `$key` substitutions of a built-in scene.
 
-    For `cornell-mesh`, `mesh` names a mesh file of the user's (OBJ, PLY, STL, glTF) or is left out; what the scene
-    file gets is the mesh, or a procedural one, fitted into the box.
+    For `cornell-mesh`, `mesh` names a mesh file of the user's (OBJ, PLY, STL, glTF) or is left out; what the
+    scene file gets is the mesh, or a procedural one, fitted into the box.
 
     Raises
     ------

@@ -13,7 +13,10 @@ from typing import Any
 
 from fluorspar.errors import SceneError, message
 
-__all__ = ["build", "children", "copy_nodes", "kind", "label", "parse_scene", "resolving"]
+__all__ = ["FLUORESCENT", "build", "children", "copy_nodes", "kind", "label", "parse_scene", "resolving"]
+
+FLUORESCENT = "fluorescent"
+"""Name of the BSDF plugin of fluorescent surfaces."""
 
 
 def parser_config(variant: str) -> Any:
@@ -89,6 +92,8 @@ def copy_nodes(state: Any) -> Any:
 
 def kind(node: Any) -> str:
     """The kind of a node: `"Shape"`, `"BSDF"`, `"Emitter"`, `"Sensor"`, `"Film"`, ..."""
+    if node.props.plugin_name() == FLUORESCENT:
+        return "BSDF"  # a scene dict names no kinds, and the plugin need not be registered
     return str(node.type).rpartition(".")[2]
 
 
@@ -109,11 +114,22 @@ def children(state: Any, index: int) -> Iterator[tuple[str, int]]:
 
 
 def build(state: Any, index: int = 0) -> Any:
-    """Build one node, with what hangs below it, as a Mitsuba object in the variant that is set."""
+    """Build one node, with what hangs below it, as a Mitsuba object in the variant that is set.
+
+    Raises
+    ------
+    SceneError
+        With Mitsuba's reason, if it refuses.
+    """
     import mitsuba as mi
 
     part = copy_nodes(state)
     if index:
         part.nodes[0] = part.nodes[index]
-    built = mi.parser.instantiate(parser_config(mi.variant()), part)
+    try:
+        built = mi.parser.instantiate(parser_config(mi.variant()), part)
+    except Exception as err:  # a missing mesh, a value out of range, ...
+        node = part.nodes[0]
+        where = "the scene" if kind(node) == "Scene" else f"{kind(node).lower()} {label(node, index)}"
+        raise SceneError(message("Mitsuba cannot build this", where=where, got=err, expected="what Mitsuba's own renderers accept")) from err
     return built[0] if isinstance(built, list) else built

@@ -1,4 +1,5 @@
-"""The curved object of the scene `cornell-mesh`: a procedural mesh, or a file of the user's fitted into the box."""
+"""The curved object of the scene `cornell-mesh`: a procedural mesh, or a file of the user's fitted into the
+box."""
 
 from __future__ import annotations
 
@@ -22,7 +23,9 @@ __all__ = ["FORMATS", "object_file", "procedural_mesh", "read_mesh"]
 FORMATS = (".obj", ".ply", ".stl", ".gltf", ".glb")
 _CENTRE = (278.0, 279.6)  # of the floor of the Cornell box: x, z, in mm
 _EXTENT = 330.0  # largest side of the object's bounding box in mm, the height of the box's tall block
-_STRAY = 0.01  # a component with less than this share of the area of the largest does not belong to the object
+_STRAY = (
+    0.01  # a component with less than this share of the area of the largest does not belong to the object
+)
 
 _folder: Any = None
 
@@ -30,8 +33,8 @@ _folder: Any = None
 def object_file(path: Path | None = None) -> Path:
     """Prepare the object of `cornell-mesh` as a PLY file in the box's coordinates.
 
-    The mesh is centred over the floor, scaled so that its largest side is 330 mm, and set on the floor. The file
-    lasts as long as this process; no other file is written.
+    The mesh is centred over the floor, scaled so that its largest side is 330 mm, and set on the floor. The
+    file lasts as long as this process; no other file is written.
 
     Parameters
     ----------
@@ -79,7 +82,12 @@ def procedural_mesh() -> trimesh.Trimesh:
 
     ball = trimesh.creation.icosphere(subdivisions=5, radius=1.0)
     x, y, z = np.asarray(ball.vertices).T
-    radius = 1 + 0.22 * np.sin(3 * x + 0.5) * np.cos(2.5 * y) + 0.16 * np.sin(4 * z + 2 * x) + 0.1 * np.cos(5 * y - z)
+    radius = (
+        1
+        + 0.22 * np.sin(3 * x + 0.5) * np.cos(2.5 * y)
+        + 0.16 * np.sin(4 * z + 2 * x)
+        + 0.1 * np.cos(5 * y - z)
+    )
     return trimesh.Trimesh(np.asarray(ball.vertices) * radius[:, np.newaxis], ball.faces, process=False)
 
 
@@ -102,12 +110,19 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
         raise SceneError(message("the mesh file does not exist", where=path, fix="check the path"))
     if path.suffix.lower() not in FORMATS:
         raise SceneError(
-            message("this kind of mesh file is not known", where=path, got=path.suffix, expected=", ".join(FORMATS))
+            message(
+                "this kind of mesh file is not known",
+                where=path,
+                got=path.suffix,
+                expected=", ".join(FORMATS),
+            )
         )
     try:
         mesh = trimesh.load(path, force="mesh")
     except Exception as err:  # the readers raise whatever the damage leads to
-        raise SceneError(message("the mesh cannot be read", where=path, got=err, expected="a mesh of triangles")) from err
+        raise SceneError(
+            message("the mesh cannot be read", where=path, got=err, expected="a mesh of triangles")
+        ) from err
     faces = getattr(mesh, "faces", ())
     if len(faces) == 0 or not np.isfinite(mesh.vertices).all() or not mesh.area > 0:
         raise SceneError(

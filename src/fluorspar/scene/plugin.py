@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from fluorspar.errors import MaterialError, message
+from fluorspar.scene.nodes import FLUORESCENT
 from fluorspar.spectral.library import material
 from fluorspar.spectral.material import Material
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["FLUORESCENT", "SPECTRA", "STRINGS", "register_plugins"]
 
-FLUORESCENT = "fluorescent"
 SPECTRA = ("reflectance", "emission", "excitation")
 STRINGS = ("donaldson", "material")
 

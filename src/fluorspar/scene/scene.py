@@ -10,7 +10,7 @@ from typing import Any
 
 from fluorspar.errors import OptionError, SceneError, SceneNotice, message
 from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
-from fluorspar.scene.nodes import children, kind, label, parse_scene, resolving
+from fluorspar.scene.nodes import build, children, kind, label, parse_scene, resolving
 from fluorspar.scene.renderer import SPECTRUM_VARIANT, use_variant
 from fluorspar.scene.surfaces import Light, Surface, read_surfaces
 from fluorspar.spectral.material import Material
@@ -93,6 +93,26 @@ class Scene:
         """Copy the scene with some settings changed; None leaves a setting as it is."""
         return replace(self, settings=replace(self.settings, **{k: v for k, v in changes.items() if v is not None}))
 
+    def with_whole_samples(self) -> Scene:
+        """Copy the scene with as many samples as its sampler can do: some need a square or a power of two.
+
+        Warns
+        -----
+        SceneNotice
+            If that is another number.
+        """
+        index = sampler_node(self.nodes)
+        if index is None or self.nodes.nodes[index].props.plugin_name() == "independent":
+            return self
+        with use_variant(SPECTRUM_VARIANT):
+            sampler = build(self.nodes, index)
+            sampler.set_sample_count(self.settings.spp)
+            spp = int(sampler.sample_count())
+        if spp != self.settings.spp:
+            plugin = self.nodes.nodes[index].props.plugin_name()
+            warnings.warn(f"the sampler '{plugin}' takes {spp} samples instead of {self.settings.spp}", SceneNotice, stacklevel=3)
+        return self.with_settings(spp=spp)
+
 
 def load_scene(
     source: str | Path | dict[str, Any],
@@ -160,8 +180,6 @@ def sensor_node(state: Any) -> int:
         raise SceneError(
             message(f"sensor '{node.props.plugin_name()}' is not supported", where=label(node, sensors[0]), expected=f"one of {', '.join(supported)}")
         )
-    if len(sensors) > 1:
-        warnings.warn(f"the scene has {len(sensors)} sensors; the first one, {label(node, sensors[0])}, is used", SceneNotice, stacklevel=2)
     return sensors[0]
 
 
@@ -170,10 +188,19 @@ def film_node(state: Any) -> int | None:
     return next((i for _, i in children(state, sensor_node(state)) if kind(state.nodes[i]) == "Film"), None)
 
 
+def sampler_node(state: Any) -> int | None:
+    """Index of the sampler of the first sensor, if the scene gives one."""
+    return next((i for _, i in children(state, sensor_node(state)) if kind(state.nodes[i]) == "Sampler"), None)
+
+
 def _settings(state: Any) -> Settings:
     """Read size, samples and depths; what the scene leaves open is as in Mitsuba."""
+    sensor = sensor_node(state)
+    if (count := sum(kind(state.nodes[index]) == "Sensor" for _, index in children(state, 0))) > 1:
+        text = f"the scene has {count} sensors; the first one, {label(state.nodes[sensor], sensor)}, is used"
+        warnings.warn(text, SceneNotice, stacklevel=2)
     width, height, spp = 768, 576, 4
-    for _, index in children(state, sensor_node(state)):
+    for _, index in children(state, sensor):
         props = state.nodes[index].props
         if kind(state.nodes[index]) == "Sampler":
             spp = int(props.get("sample_count", 4))

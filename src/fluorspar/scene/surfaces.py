@@ -120,8 +120,8 @@ class _Reader:
         for _, index in children(self.state, 0):
             if kind(self.state.nodes[index]) == "Emitter":
                 self.light(index, where="the scene")
-        if self.unused:
-            name = sorted(self.unused)[0]
+        if unknown := self.unused - set(ids):
+            name = sorted(unknown)[0]
             close = get_close_matches(name, ids, n=3)
             raise SceneError(
                 message(
@@ -134,6 +134,8 @@ class _Reader:
             raise SceneError(
                 message("the scene has no light", expected=f"an emitter, one of {', '.join(_LIGHTS)}", fix="add an emitter to the scene")
             )
+        if not self.table.materials:
+            self.add(Material("black", Spectrum.constant(0.0, name="black")))  # lamps alone: a table has a row
         return self.table
 
     def shape(self, index: int) -> None:
@@ -151,10 +153,13 @@ class _Reader:
                 light = self.light(child, where=where)
             elif kind(self.state.nodes[child]) == "Medium":
                 raise SceneError(message("participating media are not supported", where=where, expected="surfaces only"))
-        front, back = self.sides(bsdf, where, emits=light != NO_LIGHT)
         if (name := node.props.id()) in self.overrides:
-            front = self.override(name)
-            back = front if back != ABSORBS else ABSORBS
+            # Its own BSDF is not read: what it is does not matter, except whether it has a back.
+            front = back = self.override(name)
+            if bsdf is None or self.state.nodes[bsdf].props.plugin_name() != "twosided":
+                back = ABSORBS
+        else:
+            front, back = self.sides(bsdf, where, emits=light != NO_LIGHT)
         self.table.surfaces.append(Surface(name or label(node, index), index, front, back, light))
 
     def sides(self, bsdf: int | None, where: str, *, emits: bool) -> tuple[int, int]:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, message
 from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
+from fluorspar.scene.merging import join_meshes, joinable
 from fluorspar.scene.scene import Scene, film_node, sensor_node
-from fluorspar.scene.surfaces import ABSORBS
+from fluorspar.scene.surfaces import ABSORBS, Surface
 
 __all__ = ["NO_ROW", "TraceScene", "build_trace_scene"]
 
@@ -26,9 +27,13 @@ class TraceScene:
     ----------
     mitsuba_scene, sensor, sampler
         Objects of the variant that was set.
-    row_of_shape
-        ndarray of shape (2 P,), uint32: material row of the front (2 p) and back (2 p + 1) of the shape whose
-        Dr.Jit pointer is p; `NO_ROW` absorbs.
+    first_row_of_shape
+        ndarray of shape (P,), uint32: where the rows of the shape whose Dr.Jit pointer is p begin in `rows`.
+    rows_per_primitive
+        ndarray of shape (P,), uint32: 2 if each triangle of the shape has rows of its own, 0 if all share them.
+    rows
+        uint32, front and back in turn: material rows; `NO_ROW` absorbs. The row of a hit is
+        `rows[first_row_of_shape[p] + rows_per_primitive[p] * primitive + side]`.
     light_of_emitter
         ndarray of shape (P,), uint32: light row of the emitter whose Dr.Jit pointer is p.
     """
@@ -36,7 +41,9 @@ class TraceScene:
     mitsuba_scene: Any
     sensor: Any
     sampler: Any
-    row_of_shape: NDArray[np.uint32]
+    first_row_of_shape: NDArray[np.uint32]
+    rows_per_primitive: NDArray[np.uint32]
+    rows: NDArray[np.uint32]
     light_of_emitter: NDArray[np.uint32]
 
 
@@ -71,22 +78,60 @@ def build_trace_scene(scene: Scene) -> TraceScene:
 
     with resolving(scene.base):
         built = build(state)
+    row_of_id = {f"light-{light.node}": row for row, light in enumerate(scene.lights)}
+    surface_of_id = {f"surface-{surface.node}": surface for surface in scene.surfaces}
+    shapes = [_Rows(shape, [surface_of_id[shape.id()]]) for shape in built.shapes()]
+    joined = _join(shapes)
+    if len(joined) < len(shapes):
+        lights = [emitter for emitter in built.emitters() if scene.lights[row_of_id[emitter.id()]].plugin != "area"]
+        parts = [*lights, *(part.shape for part in joined)]
+        # A key becomes the id of what it holds, and ids say which light is which.
+        named = {part.id(): part for part in parts}
+        built = mi.load_dict({"type": "scene", "sensor": built.sensors()[0], **named}, optimize=False)
     sensor = built.sensors()[0]
     sampler = sensor.sampler().clone()
     sampler.set_sample_count(scene.settings.spp)
-    surface_of_id = {f"surface-{surface.node}": surface for surface in scene.surfaces}
-    row_of_id = {f"light-{light.node}": row for row, light in enumerate(scene.lights)}
 
-    shapes = [(_pointer(mi.ShapePtr(shape)), surface_of_id[shape.id()]) for shape in built.shapes()]
-    row_of_shape = np.full(2 * (max(p for p, _ in shapes) + 1) if shapes else 2, NO_ROW, dtype=np.uint32)
-    for pointer, surface in shapes:
-        for side, row in enumerate((surface.front, surface.back)):
-            row_of_shape[2 * pointer + side] = NO_ROW if row == ABSORBS else row
+    pointers = [_pointer(mi.ShapePtr(part.shape)) for part in joined]
+    first_row = np.zeros(max(pointers, default=0) + 1, dtype=np.uint32)
+    per_primitive = np.zeros_like(first_row)
+    rows: list[NDArray[np.uint32]] = [np.zeros(0, dtype=np.uint32)]
+    for pointer, part in zip(pointers, joined, strict=True):
+        first_row[pointer] = sum(map(len, rows))
+        per_primitive[pointer] = 2 if len(part.surfaces) > 1 else 0
+        rows.append(part.rows())
     emitters = [(_pointer(mi.EmitterPtr(emitter)), row_of_id[emitter.id()]) for emitter in built.emitters()]
     light_of_emitter = np.zeros(max(p for p, _ in emitters) + 1, dtype=np.uint32)
     for pointer, row in emitters:
         light_of_emitter[pointer] = row
-    return TraceScene(built, sensor, sampler, row_of_shape, light_of_emitter)
+    return TraceScene(built, sensor, sampler, first_row, per_primitive, np.concatenate(rows), light_of_emitter)
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """A built shape and the surfaces it stands for; several if it was joined of them."""
+
+    shape: Any
+    surfaces: list[Surface]
+    triangles: tuple[int, ...] = (1,)
+
+    def rows(self) -> NDArray[np.uint32]:
+        """Rows of front and back, for each triangle if there are several surfaces."""
+        sides = [(surface.front, surface.back) for surface in self.surfaces]
+        table = np.array(sides, dtype=np.int64).repeat(self.triangles, axis=0)
+        return np.where(table == ABSORBS, NO_ROW, table).astype(np.uint32).ravel()
+
+
+def _join(shapes: list[_Rows]) -> list[_Rows]:
+    """Join plain meshes, those with and those without vertex normals apart."""
+    kept = [part for part in shapes if not joinable(part.shape)]
+    for smooth in (False, True):
+        group = [part for part in shapes if joinable(part.shape) and part.shape.has_vertex_normals() == smooth]
+        if len(group) > 1:
+            mesh = join_meshes([part.shape for part in group], f"joined-{'smooth' if smooth else 'flat'}")
+            group = [_Rows(mesh, [part.surfaces[0] for part in group], tuple(part.shape.face_count() for part in group))]
+        kept += group
+    return kept
 
 
 def _pointer(pointer: Any) -> int:

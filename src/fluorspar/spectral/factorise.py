@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 _TURNS = 200
 _SETTLED = 1e-5  # relative change of the misfit
-_DEEP = 0.05  # of the highest value: a minimum that separates two lobes
+_DEEP = 0.15  # of the highest value: a minimum that separates two lobes
 _ROUNDS = 10  # of the search for the weight of the curvature: a factor of 10 / 2**10 decades
 
 
@@ -79,6 +79,8 @@ class Problem:
     row_tolerance
         How well every row of the luminescent part shall add up to what was measured, in radiance factor; that is what
         decides the colour. Not asked for by default.
+    light : ndarray of shape (P,), optional
+        In which light rows are added up, relative; equal energy by default.
     mirrored
         Look for luminescence above the diagonal, where there is none: what is found there is what noise yields.
 
@@ -100,12 +102,14 @@ class Problem:
         noise: MatrixNoise,
         *,
         row_tolerance: float = np.inf,
+        light: Array | None = None,
         mirrored: bool = False,
     ) -> None:
         self.cells, self.shift = cells, shift
         self.lit = (shift < -0.5) if mirrored else (shift > 0.5)
         self.row_weight = row_tolerance**-2
-        self.row_sums = (cells * self.lit).sum(axis=1)
+        self.light = np.ones(cells.shape[1]) if light is None else light
+        self.row_sums = (cells * self.lit) @ self.light
         near = np.abs(shift) < 1.5
         self.weight = np.where(near, noise.near**-2, noise.white**-2) * (np.abs(shift) > 0.5)
         self._shapes = baseline_shapes(len(cells))
@@ -179,12 +183,13 @@ class Problem:
         """
         for term in range(factors.rank):
             peak = int(np.argmax(factors.emission[term]))
+            red = self.shift[peak] < 0
             for lobe in _side_lobes(factors.excitation[term]):
                 still_open = factors.open_excitation.copy()
+                still_open[term] &= ~red | (factors.excitation[term] > 0)
                 still_open[term, lobe] = False
                 without = self.fit(replace(factors, open_excitation=still_open))
-                beyond = bool(np.all(self.shift[peak, lobe] < 0))
-                if beyond or without.misfit - factors.misfit < least:
+                if red[lobe].all() or without.misfit - factors.misfit < least:
                     factors = without
         return factors
 
@@ -212,14 +217,14 @@ class Problem:
         """Normal equations of the emission factors: matrix (K, M, K, M) and right side (K, M)."""
         normal = np.einsum("kp,lp,pmn->kmln", b, b, self._precision, optimize=True)
         right = np.einsum("kp,mp->km", b, self._pull)
-        sums = b @ self.lit.T
+        sums = (b * self.light) @ self.lit.T
         each = np.arange(sums.shape[1])
         normal[:, each, :, each] += self.row_weight * np.einsum("km,lm->mkl", sums, sums)
         return normal, right + self.row_weight * sums * self.row_sums
 
     def _for_excitation(self, a: Array) -> tuple[Array, Array]:
         """Normal equations of the excitation factors: matrix (K, P, K, P) and right side (K, P)."""
-        lit = a[:, :, None] * self.lit
+        lit = a[:, :, None] * (self.lit * self.light)
         normal = self.row_weight * np.einsum("kmp,lmq->kplq", lit, lit, optimize=True)
         each = np.arange(lit.shape[2])
         normal[:, each, :, each] += np.einsum("km,pmn,ln->pkl", a, self._precision, a, optimize=True)
@@ -233,7 +238,7 @@ class Problem:
         strength = np.einsum("pab,bm,mp->pa", self._solver, self._shapes, self.weight * left)
         baseline = (strength @ self._shapes).T
         misfit = np.sum(self.weight * (left - baseline) ** 2) + np.sum(strength**2 * self._stiffness)
-        misfit += self.row_weight * np.sum((model.sum(axis=1) - self.row_sums) ** 2)
+        misfit += self.row_weight * np.sum((model @ self.light - self.row_sums) ** 2)
         return float(misfit), baseline
 
 

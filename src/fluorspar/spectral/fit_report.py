@@ -56,8 +56,7 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
     """Compare a material with the matrix it was fitted to.
 
     Colours are sums over the emission wavelengths that were measured, for the CIE 1931 observer; the white is the same
-    sum over the light. Where S was not measured, both hold its end value. A measured diagonal holds half a cell of
-    luminescence; on a finer grid than the measured one the cell is smaller and the diagonal is lowered accordingly.
+    sum over the light. Where S was not measured, both hold its end value.
 
     Parameters
     ----------
@@ -95,7 +94,6 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
         warnings.simplefilter("ignore", ExtrapolationWarning)
         S, density = measured.on(grid)
         fitted = material.on(grid)
-    S = S - _surplus(density, measured.step - h)
     full = DonaldsonMatrix(grid, S, luminescent=density)
     stokes = DonaldsonMatrix(grid, S, luminescent=np.tril(density))
     seen = (grid.values >= measured.emission[0]) & (grid.values <= measured.emission[-1])
@@ -146,13 +144,6 @@ def delta_e_2000(lab: ArrayLike, other: ArrayLike) -> Array:
     2.0425
     """
     return np.asarray(colour_science().delta_E(np.asarray(lab), np.asarray(other), method="CIE 2000"))
-
-
-def _surplus(density: Array, coarser: float) -> Array:
-    """Return the luminescence in the measured diagonal that a cell smaller by `coarser` nm does not hold, shape (N,)."""
-    beside = np.diagonal(density, -1)  # D_L next to the diagonal: below it, and to its left
-    on_diagonal = (np.append(beside, 0.0) + np.insert(beside, 0, 0.0)) / 2
-    return np.asarray(coarser / 2 * on_diagonal)
 
 
 def _difference(a: DonaldsonMatrix, b: DonaldsonMatrix, light: Array, weights: Array) -> float:

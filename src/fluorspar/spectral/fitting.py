@@ -7,24 +7,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import MaterialError, message
-from fluorspar.spectral.checks import MOST_PHOTON_YIELD
 from fluorspar.spectral.factorise import Factors, Problem
+from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.material import Fluorophore, Material
 from fluorspar.spectral.matrix_noise import MatrixNoise, estimate_noise, stokes_shift
 from fluorspar.spectral.measured import MeasuredMatrix
+from fluorspar.spectral.measured_check import check_measured
+from fluorspar.spectral.rank_choice import choose_rank
 from fluorspar.spectral.spectrum import Spectrum, trapezoid
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["MaterialFit", "RankChoice", "check_measured", "choose_rank", "fit_material"]
+__all__ = ["MaterialFit", "fit_material"]
 
 Array = NDArray[np.float64]
 
-MOST_TERMS = 3
-"""More terms than this are never chosen; more can be asked for."""
-
-_MORE_THAN_NOISE = 3.0  # how many times more than the same term finds in pure noise
-_ROW_TOLERANCE = 0.003  # radiance factor: 0.1 to 0.2 of CIEDE2000
+_ROW_TOLERANCE = 0.002  # radiance factor: about 0.1 of CIEDE2000
 _NEGLIGIBLE = 1e-4  # of the highest value of a spectrum; written as 0
 
 
@@ -77,7 +74,8 @@ def fit_material(
     `D = diag(S) + sum over k of alpha_k beta_k^T` for excitation below emission, with half weight where the two are
     equal, alpha and beta non-negative. Nothing is clipped: noise of both signs is averaged by the fit, its size is taken
     from the cells above the diagonal, and the baseline every column has in common above and below the diagonal is not
-    taken for luminescence. S is the diagonal less the half cell of luminescence in it.
+    taken for luminescence. S is the diagonal less the half cell of luminescence in it. Rows are held to add up in
+    daylight to what was measured, since many small errors of one sign would show as a colour.
 
     Parameters
     ----------
@@ -110,14 +108,16 @@ def fit_material(
     >>> fit = fit_material(MeasuredMatrix(w, w, cells, "sheet"), support=(400, 700))
     >>> fit.rank, fit.unexplained < 0.01
     (1, True)
-    >>> fit.material.fluorophores[0].emission.at(560).round(2)
+    >>> round(fit.material.fluorophores[0].emission.at(560), 2)
     0.35
     """
     check_measured(measured)
     shift = stokes_shift(measured.emission, measured.excitation, measured.step)
     noise = estimate_noise(measured.cells, shift)
     choice = choose_rank(measured, noise, rank)
-    problem = Problem(measured.cells, shift, noise, row_tolerance=_ROW_TOLERANCE)
+    daylight = illuminant("D65")
+    light = np.interp(measured.excitation, daylight.wavelengths, daylight.values / 100)
+    problem = Problem(measured.cells, shift, noise, row_tolerance=_ROW_TOLERANCE, light=light)
     factors = problem.nothing()
     if choice.factors.rank:
         factors = problem.fit(replace(choice.factors, curvature=0.0))
@@ -142,106 +142,6 @@ def fit_material(
     )
     unexplained = _unexplained(measured, factors, shift)
     return MaterialFit(material, measured, noise, choice.gains, choice.noise_gain, unexplained, scaled)
-
-
-@dataclass(frozen=True, eq=False)
-class RankChoice:
-    """What `choose_rank` found.
-
-    Attributes
-    ----------
-    factors : Factors
-        As many terms as the data call for, smooth.
-    gains : tuple of float
-        Decrease of the misfit by each term tried, the one that was not accepted included.
-    noise_gain : float
-        The decrease one term finds in noise.
-    """
-
-    factors: Factors
-    gains: tuple[float, ...]
-    noise_gain: float
-
-
-def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None = None) -> RankChoice:
-    """Count the fluorophores the data call for.
-
-    A further term is accepted if it lowers the misfit three times more than one term does among the cells above the
-    diagonal, where there is nothing to find but noise. That takes the true noise as the measure, however it is
-    correlated. Terms are as smooth as the first one may be: noise of single columns is not. Lobes of a spectrum that explain
-    less than a term does in noise are dropped.
-
-    Parameters
-    ----------
-    measured
-        The matrix.
-    noise
-        See `estimate_noise`.
-    rank
-        Do not choose, take so many terms.
-
-    Returns
-    -------
-    RankChoice
-
-    Examples
-    --------
-    >>> w = np.arange(400.0, 701.0, 10.0)
-    >>> cells = 0.3 * np.eye(31) + np.random.default_rng(1).normal(0, 0.003, (31, 31))
-    >>> grey = MeasuredMatrix(w, w, cells)
-    >>> choose_rank(grey, estimate_noise(cells, stokes_shift(w, w, 10.0))).factors.rank
-    0
-    """
-    shift = stokes_shift(measured.emission, measured.excitation, measured.step)
-    problem, mirror = (Problem(measured.cells, shift, noise, mirrored=side) for side in (False, True))
-    nothing = mirror.nothing()
-    share = np.count_nonzero(problem.lit) / max(1, np.count_nonzero(mirror.lit))
-    noise_gain = share * (nothing.misfit - mirror.grow(nothing).misfit) if mirror.lit.any() else 0.0
-    least = _MORE_THAN_NOISE * max(noise_gain, sum(measured.cells.shape))
-    gains: list[float] = []
-    factors = problem.nothing()
-    while len(gains) < (MOST_TERMS if rank is None else rank):
-        grown = problem.grow(factors)
-        if not gains:
-            grown = problem.smooth(grown, cautious=True)
-        gains.append(factors.misfit - grown.misfit)
-        if rank is None and gains[-1] < least:
-            break
-        factors = grown
-    return RankChoice(problem.prune(factors, least / _MORE_THAN_NOISE), tuple(gains), float(noise_gain))
-
-
-def check_measured(measured: MeasuredMatrix) -> MeasuredMatrix:
-    """Return the matrix as it is if a real sample could have it.
-
-    Raises
-    ------
-    MaterialError
-        If an excitation wavelength gives out more than 1.15 times its photons: a corrupt file, or cells that are not
-        band-weighted with the step of the wavelengths.
-
-    Examples
-    --------
-    >>> w = np.array([400.0, 410.0])
-    >>> check_measured(MeasuredMatrix(w, w, [[0.5, 0], [0.1, 0.5]])).step
-    10.0
-    """
-    yields = measured.photon_yield()
-    worst = int(np.argmax(yields))
-    if yields[worst] <= MOST_PHOTON_YIELD:
-        return measured
-    column = measured.cells[:, worst]
-    largest = int(np.argmax(column))
-    raise MaterialError(
-        message(
-            "a Donaldson matrix gives out more photons than it gets",
-            where=f"{measured.title}, excitation {measured.excitation[worst]:g} nm",
-            got=f"{yields[worst]:.3g} photons per photon; the column adds up to {column.sum():.3g}, "
-            f"its largest cell is {column[largest]:.3g} at emission {measured.emission[largest]:g} nm",
-            expected=f"at most 1 (up to {MOST_PHOTON_YIELD} passes as measurement error)",
-            fix="the file is corrupt, or its cells are not what it says (band-weighted or density, step)",
-        )
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,1 +1,2 @@
-"""The staged method: the paper's procedure on a renderer that knows three linear bands and no fluorescence."""
+"""The staged method: the paper's procedure on a renderer that knows three linear bands and no
+fluorescence."""

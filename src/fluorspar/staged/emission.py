@@ -13,7 +13,13 @@ from fluorspar.scene.surfaces import ABSORBS
 from fluorspar.spectral.donaldson import DonaldsonMatrix
 from fluorspar.staged.equations import average_illumination, illumination, luminescence
 from fluorspar.staged.options import StagedOptions
-from fluorspar.staged.patches import EmitterArray, decimated_patches, mesh_patches, planar_patches, split_patches
+from fluorspar.staged.patches import (
+    EmitterArray,
+    decimated_patches,
+    mesh_patches,
+    planar_patches,
+    split_patches,
+)
 from fluorspar.staged.protocol import LoadedScene, Renderer
 
 __all__ = ["emitter_arrays", "patch_illumination", "refine"]
@@ -111,11 +117,11 @@ def refine(
 ) -> tuple[EmitterArray, float]:
     """Halve patches where the emission varies, until the estimated error is below the tolerance.
 
-    The error of an array is estimated as the share of the emitted power that is in the wrong half of its patch:
-    sum over halves of area times |L_half - L_patch|, over the emitted power, L summed over wavelength. What
-    sampling noise adds to that difference is taken out, by its mean square from two independent estimates. It
-    is an upper bound of the error of component 5, which smooths out differences that are small against the
-    distance.
+    The error of an array is estimated as the share of the emitted power that is in the wrong half of its
+    patch: sum over halves of area times |L_half - L_patch|, over the emitted power, L summed over wavelength.
+    What sampling noise adds to that difference is taken out, by its mean square from two independent
+    estimates. It is an upper bound of the error of component 5, which smooths out differences that are small
+    against the distance.
 
     Parameters
     ----------
@@ -148,11 +154,11 @@ def refine(
             return array, 0.0
         whole = np.bincount(parent, areas, minlength=len(array))
 
-        def differs(emitted: Array, whole: Array = whole, areas: Array = areas, parent: NDArray[np.int64] = parent) -> Array:
-            return emitted - (np.bincount(parent, areas * emitted) / whole)[parent]
-
+        first, second = (
+            emitted - (np.bincount(parent, areas * emitted) / whole)[parent] for emitted in (first, second)
+        )
         # The product of two independent estimates of the difference has no bias from noise.
-        square = differs(first) * differs(second)
+        square = first * second
         by_patch = np.bincount(parent, areas * np.sqrt(np.maximum(square, 0.0)), minlength=len(array))
         error = float(by_patch.sum() / power.sum())
         if error <= tolerance or len(array) >= _MOST_PATCHES:

@@ -1,9 +1,9 @@
 """The equations of the paper that the staged method goes through, as functions of arrays.
 
-"The paper" is Tominaga, Guarnera, Ohtera, "Spectral Image Rendering of Fluorescent Objects Using a Conventional
-Renderer", IEEE TVCG 2026, doi 10.1109/TVCG.2026.3668980. Symbols: y radiance towards the camera, S reflected
-and D_L luminescent radiance factor, E illumination (irradiance / pi), indices D direct, I indirect, F luminescent.
-"""
+"The paper" is Tominaga, Guarnera, Ohtera, "Spectral Image Rendering of Fluorescent Objects Using a
+Conventional Renderer", IEEE TVCG 2026, doi 10.1109/TVCG.2026.3668980. Symbols: y radiance towards the camera,
+S reflected and D_L luminescent radiance factor, E illumination (irradiance / pi), indices D direct, I
+indirect, F luminescent."""
 
 from __future__ import annotations
 
@@ -57,7 +57,8 @@ def illumination(reflected: ArrayLike, albedo: ArrayLike) -> Array:
     reflected : array_like of shape (..., N)
         Light that one surface reflects towards the camera, W m-2 sr-1 nm-1.
     albedo : array_like of shape (N,)
-        The reflectance the surface was rendered with, greater than 0: S, or `ALBEDO_FLOOR` where S is smaller.
+        The reflectance the surface was rendered with, greater than 0: S, or `ALBEDO_FLOOR` where S is
+        smaller.
 
     Returns
     -------

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fluorspar
-from fluorspar.errors import ApproximationWarning, OptionError, message
+from fluorspar.errors import ApproximationWarning
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.scene.scene import UNLIMITED, Scene
@@ -22,13 +22,21 @@ from fluorspar.spectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.emission import emitter_arrays, patch_illumination, refine
 from fluorspar.staged.equations import (
-    average_illumination,
     indirect_reflection,
     luminescence,
     luminescent_reflection,
     total,
 )
-from fluorspar.staged.imaging import Layers, Sampling, Views, band_groups, plan_samples, render_bands, seeds_of, views_of
+from fluorspar.staged.imaging import (
+    Layers,
+    Sampling,
+    Views,
+    band_groups,
+    plan_samples,
+    render_bands,
+    seeds_of,
+    views_of,
+)
 from fluorspar.staged.intermediate import Intermediate
 from fluorspar.staged.mitsuba_renderer import MitsubaRenderer
 from fluorspar.staged.options import ALBEDO_FLOOR, StagedOptions
@@ -96,10 +104,10 @@ def render_staged(
 
     Notes
     -----
-    Components 1 and 3: `max_depth` 2, unlimited depth with the same seed, and their difference, each without the
-    directly seen lamp. E = y / S (Eq. 11) per material and sample, so pixels that show several materials need
-    no care. Components 2 and 4: Eqs. 7 and 9. Component 5: each fluorescent surface becomes an array of area
-    lights (Eq. 10). The sum is Eq. 13.
+    Components 1 and 3: `max_depth` 2, unlimited depth with the same seed, and their difference, each without
+    the directly seen lamp. E = y / S (Eq. 11) per material and sample, so pixels that show several materials
+    need no care. Components 2 and 4: Eqs. 7 and 9. Component 5: each fluorescent surface becomes an array of
+    area lights (Eq. 10). The sum is Eq. 13.
 
     Examples
     --------
@@ -264,7 +272,9 @@ class _Staged:
         source, direct, everything = images[0], images[1] - images[0], images[2] - images[0]
 
         with self.watch.timing("components 2 and 4"):
-            light_i = {row: indirect_reflection(everything.light[row], direct.light[row]) for row in self.fluorescent}
+            light_i = {
+                row: indirect_reflection(everything.light[row], direct.light[row]) for row in self.fluorescent
+            }
             y2 = self.luminesced(direct.light, views)
             y4 = self.luminesced(light_i, views)
         if repeat == 0:
@@ -332,7 +342,9 @@ class _Staged:
                     emission = self.next_emission(objects, emission, samples, spare[1] + bounce)
         return y5, y6
 
-    def on_patches(self, scene: LoadedScene, item: _Object, emission: Array, samples: int, seed: int) -> Array:
+    def on_patches(
+        self, scene: LoadedScene, item: _Object, emission: Array, samples: int, seed: int
+    ) -> Array:
         """E on the patches of an object, (K, N)."""
         return patch_illumination(
             scene,
@@ -358,7 +370,8 @@ class _Staged:
                 seen = views_of(item.scene, views.sampling, views.seeds, rows)
             albedo = self.albedo if layers else self.reflectance
             everything, itself = (
-                self.picture(item.scene, albedo, radiance, seen, self.emitted, depth) for depth in (self.depth, 1)
+                self.picture(item.scene, albedo, radiance, seen, self.emitted, depth)
+                for depth in (self.depth, 1)
             )
             return everything - itself
 

@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 
 from fluorspar.staged.protocol import LoadedScene, OffersIrradiance
 
-__all__ = ["Layers", "Sampling", "Views", "band_groups", "plan_samples", "render_bands", "seeds_of", "views_of"]
+__all__ = [
+    "Layers",
+    "Sampling",
+    "Views",
+    "band_groups",
+    "plan_samples",
+    "render_bands",
+    "seeds_of",
+    "views_of",
+]
 
 Array = NDArray[np.float64]
 _LARGEST_SIDE = 4096  # of a film with one sample per small pixel
@@ -21,8 +30,8 @@ Tick = Callable[[], None]
 def band_groups(bands: Sequence[int] | NDArray[np.integer], max_bands: int) -> list[NDArray[np.int64]]:
     """Deal bands out into groups that are rendered together.
 
-    Far bands share a group: Russian roulette then looks at the brightest part of the spectrum, so that bands in
-    which a surface is dark are not noisier than others.
+    Far bands share a group: Russian roulette then looks at the brightest part of the spectrum, so that bands
+    in which a surface is dark are not noisier than others.
 
     Examples
     --------
@@ -119,8 +128,8 @@ class Layers:
     image
         ndarray of shape (Y, X, N), W m-2 sr-1 nm-1.
     light
-        By material row, ndarray of shape (Y, X, N): the illumination E of that material times the share of the
-        pixel it fills.
+        By material row, ndarray of shape (Y, X, N): the illumination E of that material times the share of
+        the pixel it fills.
     """
 
     image: Array
@@ -149,8 +158,8 @@ def render_bands(
     Parameters
     ----------
     albedo, reflectance : ndarray of shape (rows, N)
-        What the renderer is given, and S: they differ where S is too small to divide by. The image is that of S
-        at the surface the camera sees.
+        What the renderer is given, and S: they differ where S is too small to divide by. The image is that of
+        S at the surface the camera sees.
     emission : ndarray of shape (emitters, N)
     views
         Its rows are the materials whose share of the image, as illumination, is wanted.
@@ -165,20 +174,25 @@ def render_bands(
     image = np.zeros((height * width, bands))
     light = {row: np.zeros((height * width, bands)) for row in views.seen[0]}
     share = 1.0 / views.sampling.samples
+    offers = scene if isinstance(scene, OffersIrradiance) else None
+    if offers:
+        albedo = reflectance  # nothing is divided by it
     for seed, seen in zip(views.seeds, views.seen, strict=True):
         for group in groups:
             options = {"max_depth": max_depth, "seed": seed, "scale": a}
             small = scene.render(albedo[:, group], emission[:, group], **options)
             blocks = small.reshape(height, a, width, a, len(group))
             image[:, group] += share * blocks.sum(axis=(1, 3), dtype=np.float64).reshape(-1, len(group))
-            offered = isinstance(scene, OffersIrradiance) and max_depth != 1
-            if offered and isinstance(scene, OffersIrradiance):
-                small = scene.illumination(reflectance[:, group], emission[:, group], **options)
+            if offers and max_depth == 1:
+                tick()
+                continue  # at this depth nothing is illuminated yet
+            if offers:
+                small = offers.illumination(albedo[:, group], emission[:, group], **options)
             flat = small.reshape(-1, len(group))
             for row, (at, pixel) in seen.items():
                 for k, band in enumerate(group):
                     found = share * np.bincount(pixel, flat[at, k], minlength=height * width)
-                    if not offered:
+                    if not offers:
                         # where S is too small, the image was rendered with a larger albedo
                         image[:, band] -= (1 - reflectance[row, band] / albedo[row, band]) * found
                         found /= albedo[row, band]

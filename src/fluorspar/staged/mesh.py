@@ -37,7 +37,7 @@ class TriangleMesh:
     Examples
     --------
     >>> corner = TriangleMesh(np.eye(3), np.array([[0, 1, 2]]))
-    >>> round(corner.areas[0], 3), corner.is_planar
+    >>> float(corner.areas[0].round(3)), corner.is_planar
     (0.866, True)
     """
 

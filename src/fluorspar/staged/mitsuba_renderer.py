@@ -48,7 +48,9 @@ class MitsubaRenderer:
     def __init__(self, backend: str = "llvm") -> None:
         if backend not in VARIANTS:
             raise OptionError(
-                message("there is no such variant", got=repr(backend), expected=f"one of {', '.join(VARIANTS)}")
+                message(
+                    "there is no such variant", got=repr(backend), expected=f"one of {', '.join(VARIANTS)}"
+                )
             )
         self.variant = VARIANTS[backend]
 
@@ -87,15 +89,15 @@ class MitsubaRenderer:
         state, _ = _with_materials(scene)
         with resolving(scene.base):
             shape = build(state, scene.surfaces[surface].node)
-        if not isinstance(shape, mi.Mesh):
-            return _tessellated(shape, scene.surfaces[surface])
         parameters = mi.traverse(shape)
+        if "vertex_positions" not in parameters:
+            return _tessellated(shape, scene.surfaces[surface])
         vertices = np.array(parameters["vertex_positions"], dtype=np.float64).reshape(-1, 3)
         faces = np.array(parameters["faces"], dtype=np.int64).reshape(-1, 3)
         normals = None
         if shape.has_vertex_normals():
             normals = np.array(parameters["vertex_normals"], dtype=np.float64).reshape(-1, 3)
-        return TriangleMesh(vertices, faces, normals)
+        return _facing(TriangleMesh(vertices, faces, normals), shape)
 
 
 class _LoadedScene:
@@ -142,7 +144,11 @@ class _LoadedScene:
             props["bsdf"], props["emitter"] = bsdf, light
             smooth = piece.normals is not None
             mesh = mi.Mesh(
-                f"patch-{number}", len(piece.vertices), len(piece.faces), has_vertex_normals=smooth, props=props
+                f"patch-{number}",
+                len(piece.vertices),
+                len(piece.faces),
+                has_vertex_normals=smooth,
+                props=props,
             )
             parameters = mi.traverse(mesh)
             parameters["vertex_positions"] = piece.vertices.ravel().astype(np.float32)
@@ -181,9 +187,8 @@ class _LoadedScene:
         sensor = self.mitsuba_scene.sensors()[0]
         settings = self.scene.settings
         parameters = mi.traverse(sensor)
-        keys = [key for key in parameters.keys() if key.endswith("film.size")]
         size = self.film_size * scale
-        if np.any(np.array(parameters[keys[0]]) != size):
+        if np.any(np.array(parameters["film.size"]) != size):
             crop = np.array([settings.width, settings.height]) * scale
             old = np.array(parameters["film.size"])
             offset = np.array(parameters["film.crop_offset"]) * size // old
@@ -211,11 +216,13 @@ class _LoadedScene:
         finder = mi.load_dict({"type": "aov", "aovs": "shape:shape_index,normal:geo_normal,place:position"})
         channels = np.array(mi.render(self.mitsuba_scene, spp=1, seed=seed, integrator=finder))
         shape, normal, place = np.split(channels[..., -7:], [1, 4], axis=-1)
-        world = np.array(self.mitsuba_scene.sensors()[0].world_transform().matrix, dtype=np.float64).reshape(4, 4)
+        world = np.array(self.mitsuba_scene.sensors()[0].world_transform().matrix, dtype=np.float64).reshape(
+            4, 4
+        )
         orthographic = "orthographic" in type(self.mitsuba_scene.sensors()[0]).__name__.lower()
         view = world[:3, 2] if orthographic else place - world[:3, 3]
         back = (normal * view).sum(axis=-1) > 0
-        return self.rows[shape[..., 0].astype(np.int64), back.astype(np.int64)]
+        return np.asarray(self.rows[shape[..., 0].astype(np.int64), back.astype(np.int64)])
 
     def probe(
         self,
@@ -259,7 +266,8 @@ def _with_materials(scene: Scene) -> tuple[Any, list[Any]]:
         if kind(state.nodes[child]) in ("Integrator", "BSDF", "Texture"):
             del state.nodes[0].props[key]
     materials = [
-        mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}}) for _ in scene.materials
+        mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}})
+        for _ in scene.materials
     ]
     for surface in scene.surfaces:
         props = state.nodes[surface.node].props
@@ -328,6 +336,26 @@ def _rows_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> ND
     return rows
 
 
+def _facing(mesh: TriangleMesh, shape: Any) -> TriangleMesh:
+    """Turn a mesh so that its front is what Mitsuba takes for it: `flip_normals` leaves the corners in their
+    order."""
+    import mitsuba as mi
+
+    largest = int(np.argmax(mesh.areas))
+    centre, normal = mesh.centroids[largest], mesh.face_normals[largest]
+    start = centre + 1e-3 * np.sqrt(mesh.areas[largest]) * normal
+    ray = mi.Ray3f(mi.Point3f(*start.tolist()), mi.Vector3f(*(-normal).tolist()))
+    hit = mi.load_dict({"type": "scene", "shape": shape}).ray_intersect(ray)
+    front = np.array(hit.n, dtype=np.float64).ravel()
+    if front @ normal < 0:
+        mesh = TriangleMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.normals)
+    if mesh.normals is not None:
+        shading = mesh.normals[mesh.faces].sum(axis=1)
+        if (mesh.areas * (shading * mesh.face_normals).sum(axis=1)).sum() < 0:
+            mesh = TriangleMesh(mesh.vertices, mesh.faces, -mesh.normals)
+    return mesh
+
+
 def _tessellated(shape: Any, surface: Surface) -> TriangleMesh:
     """Cut a shape that is not a mesh into triangles, between points that divide its area evenly."""
     import mitsuba as mi
@@ -336,7 +364,9 @@ def _tessellated(shape: Any, surface: Surface) -> TriangleMesh:
     n = 1 if flat else _TESSELLATION
     u, v = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
     try:
-        sample = shape.sample_position(0.0, mi.Point2f(u.ravel().astype(np.float32), v.ravel().astype(np.float32)))
+        sample = shape.sample_position(
+            0.0, mi.Point2f(u.ravel().astype(np.float32), v.ravel().astype(np.float32))
+        )
     except Exception as err:  # shapes without an area to sample raise bare RuntimeError
         raise SceneError(
             message(
@@ -346,7 +376,9 @@ def _tessellated(shape: Any, surface: Surface) -> TriangleMesh:
                 fix="write it as a mesh",
             )
         ) from err
-    vertices, normals = np.array(sample.p, dtype=np.float64).T, np.array(sample.n, dtype=np.float64).T
+    vertices = np.array(sample.p, dtype=np.float64).T
+    # one normal for all where the shape is flat
+    normals = np.broadcast_to(np.array(sample.n, dtype=np.float64).T, vertices.shape)
     corner = np.arange(n * (n + 1)).reshape(n, n + 1)[:, :-1].ravel()
     faces = np.concatenate(
         [

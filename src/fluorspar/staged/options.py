@@ -11,7 +11,8 @@ from fluorspar.errors import OptionError, message
 __all__ = ["ALBEDO_FLOOR", "StagedOptions"]
 
 ALBEDO_FLOOR = 1e-3
-"""Reflectance with which a fluorescent surface is rendered where its own is smaller: E = y / S needs S > 0."""
+"""Reflectance with which a fluorescent surface is rendered where its own is smaller: E = y / S needs S >
+0."""
 
 _POSITIVE = ("emitters", "patches", "bounces", "repeats", "patch_samples")
 
@@ -27,11 +28,11 @@ class StagedOptions:
     patches
         K: any other fluorescent surface becomes K emitters.
     mode
-        What the emitters of a mesh are: `"true"`, patches of the surface itself; `"decimated"`, the faces of a
-        decimated copy, as in the paper.
+        What the emitters of a mesh are: `"true"`, patches of the surface itself; `"decimated"`, the faces of
+        a decimated copy, as in the paper.
     exclude_emitter_geometry
-        Leave the emitting object out of its own emitter render, as the paper did: it then neither reflects nor
-        hides the light of its emitters.
+        Leave the emitting object out of its own emitter render, as the paper did: it then neither reflects
+        nor hides the light of its emitters.
     bounces
         1: light luminesces once (the paper). 2 and more: light that luminesced that often is carried on, and
         component 6 is estimated.
@@ -39,8 +40,8 @@ class StagedOptions:
         Subdivide the emitters until the estimated error of component 5, relative to the emitted power, is
         below this; None: leave `emitters` and `patches` as they are.
     filter_edges
-        Median filter over 3 x 3 pixels on the luminescent components where a pixel shows two surfaces (section
-        VIII-A of the paper). Not needed here, because E is found per sample and not per pixel.
+        Median filter over 3 x 3 pixels on the luminescent components where a pixel shows two surfaces
+        (section VIII-A of the paper). Not needed here, because E is found per sample and not per pixel.
     keep_intermediate
         Folder for the intermediate images: E_D, E_I, L_F and the emitter render of each object.
     repeats

@@ -16,6 +16,10 @@ __all__ = ["EmitterArray", "decimated_patches", "mesh_patches", "planar_patches"
 
 Array = NDArray[np.float64]
 _FACES_PER_PATCH = 8
+# How much the direction of a surface counts against its place. On the Stanford bunny with 100 patches under a
+# lamp, the light varies within patches by 0.69 of its mean for 0, 0.57 for 0.5, 0.52 for 1 and 1.5, 0.58 for
+# 2.5.
+_NORMAL_WEIGHT = 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +112,8 @@ def planar_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
 def mesh_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
     """Cut any surface into `count` compact patches of about the same area.
 
-    The largest piece is halved, across its longest extent in space and in direction of the normal, until there
-    are enough. Coarse meshes are subdivided first, so any count is possible.
+    The largest piece is halved, across its longest extent in space and in direction of the normal, until
+    there are enough. Coarse meshes are subdivided first, so any count is possible.
 
     Examples
     --------
@@ -169,7 +173,8 @@ def split_patches(array: EmitterArray, chosen: NDArray[np.bool_]) -> tuple[Emitt
 
 
 def decimated_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
-    """Decimate a mesh to `count` faces; each emits for the part of the surface nearest to it (the paper's way).
+    """Decimate a mesh to `count` faces; each emits for the part of the surface nearest to it (the paper's
+    way).
 
     Raises
     ------
@@ -219,7 +224,7 @@ def _halves(mesh: TriangleMesh, faces: NDArray[np.int64]) -> tuple[NDArray[np.in
     if len(faces) < 2:
         raise OptionError(message("a single triangle cannot be halved", fix="subdivide the mesh"))
     areas = mesh.areas[faces]
-    scale = 0.5 * np.sqrt(areas.sum())
+    scale = _NORMAL_WEIGHT * np.sqrt(areas.sum())
     place = np.hstack([mesh.centroids[faces], scale * mesh.face_normals[faces]])
     place = place - np.average(place, axis=0, weights=areas + 1e-300)
     along = place @ np.linalg.eigh((place * areas[:, np.newaxis]).T @ place)[1][:, -1]

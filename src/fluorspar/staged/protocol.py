@@ -51,7 +51,8 @@ class LoadedScene(Protocol):
         ...
 
     def rows_seen(self, *, seed: int, scale: int) -> NDArray[np.int64]:
-        """Material row of what each small pixel shows with this seed, -1 for none; shape (scale Y, scale X)."""
+        """Material row of what each small pixel shows with this seed, -1 for none; shape (scale Y, scale
+        X)."""
         ...
 
     def probe(
@@ -100,15 +101,16 @@ class Renderer(Protocol):
     def load(
         self, scene: Scene, array: EmitterArray | None = None, *, keep_object: bool = True
     ) -> LoadedScene:
-        """Load the scene with its lights; or, with `array`, without them and with an emitter array in their place.
+        """Load the scene with its lights; or, with `array`, without them and with an emitter array in their
+        place.
 
         Parameters
         ----------
         scene
             Geometry, camera and size.
         array
-            Its patches take the place of the surface they are made of, reflectance included. Where the array is
-            a coarse copy (`array.copy`), black patches are added to the scene instead.
+            Its patches take the place of the surface they are made of, reflectance included. Where the array
+            is a coarse copy (`array.copy`), black patches are added to the scene instead.
         keep_object
             False: the emitting object reflects and hides nothing.
         """

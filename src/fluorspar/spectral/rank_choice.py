@@ -1,0 +1,86 @@
+"""How many fluorophores do the data of a measured Donaldson matrix call for?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fluorspar.spectral.factorise import Factors, Problem
+from fluorspar.spectral.matrix_noise import MatrixNoise, stokes_shift
+from fluorspar.spectral.measured import MeasuredMatrix
+
+__all__ = ["MOST_TERMS", "RankChoice", "choose_rank"]
+
+MOST_TERMS = 3
+"""More terms than this are never chosen; more can be asked for."""
+
+_MORE_THAN_NOISE = 3.0  # how many times more than the same term finds in pure noise
+
+
+@dataclass(frozen=True, eq=False)
+class RankChoice:
+    """What `choose_rank` found.
+
+    Attributes
+    ----------
+    factors : Factors
+        As many terms as the data call for, smooth.
+    gains : tuple of float
+        Decrease of the misfit by each term tried, the one that was not accepted included.
+    noise_gain : float
+        The decrease one term finds in noise.
+    """
+
+    factors: Factors
+    gains: tuple[float, ...]
+    noise_gain: float
+
+
+def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None = None) -> RankChoice:
+    """Count the fluorophores the data call for.
+
+    A further term is accepted if it lowers the misfit three times more than one term does among the cells above the
+    diagonal, where there is nothing to find but noise. That takes the true noise as the measure, however it is
+    correlated. Terms are as smooth as the first one may be: noise of single columns is not. Lobes of a spectrum that explain
+    less than a term does in noise are dropped.
+
+    Parameters
+    ----------
+    measured
+        The matrix.
+    noise
+        See `estimate_noise`.
+    rank
+        Do not choose, take so many terms.
+
+    Returns
+    -------
+    RankChoice
+
+    Examples
+    --------
+    >>> from fluorspar.spectral.matrix_noise import estimate_noise
+    >>> w = np.arange(400.0, 701.0, 10.0)
+    >>> cells = 0.3 * np.eye(31) + np.random.default_rng(1).normal(0, 0.003, (31, 31))
+    >>> grey = MeasuredMatrix(w, w, cells)
+    >>> choose_rank(grey, estimate_noise(cells, stokes_shift(w, w, 10.0))).factors.rank
+    0
+    """
+    shift = stokes_shift(measured.emission, measured.excitation, measured.step)
+    problem, mirror = (Problem(measured.cells, shift, noise, mirrored=side) for side in (False, True))
+    nothing = mirror.nothing()
+    share = np.count_nonzero(problem.lit) / max(1, np.count_nonzero(mirror.lit))
+    noise_gain = share * (nothing.misfit - mirror.grow(nothing).misfit) if mirror.lit.any() else 0.0
+    least = _MORE_THAN_NOISE * max(noise_gain, sum(measured.cells.shape))
+    gains: list[float] = []
+    factors = problem.nothing()
+    while len(gains) < (MOST_TERMS if rank is None else rank):
+        grown = problem.grow(factors)
+        if not gains:
+            grown = problem.smooth(grown, cautious=True)
+        gains.append(factors.misfit - grown.misfit)
+        if rank is None and gains[-1] < least:
+            break
+        factors = grown
+    return RankChoice(problem.prune(factors, least / _MORE_THAN_NOISE), tuple(gains), float(noise_gain))

@@ -1,0 +1,243 @@
+"""Fitting measured matrices: are the spectra that went into a matrix the ones that come out, noise or no noise?
+
+The matrices are made up (synthetic_matrix.py) on 330-720 x 380-720 nm by 10, with 0.003 of noise per cell: what good
+instruments have. Bounds: a rank-1 fit has some 70 free numbers for 700 cells, so its root-mean-square error must be well
+below that of a cell; 0.003 leaves room for smoothing. alpha and beta are held to 20 % of their peak where the strongest
+cells are about 10 times the noise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fluorspar.errors import MaterialError
+from fluorspar.spectral.factorise import Problem
+from fluorspar.spectral.fit_report import delta_e_2000, report_fit, report_lights
+from fluorspar.spectral.fitting import MaterialFit, fit_material
+from fluorspar.spectral.material import Material
+from fluorspar.spectral.matrix_noise import estimate_noise, stokes_shift
+from fluorspar.spectral.measured import MeasuredMatrix
+from fluorspar.spectral.spectrum import Spectrum
+from fluorspar.spectral.wavelengths import Wavelengths
+from synthetic_matrix import EMISSION, EXCITATION, SHIFT, Truth, random_sample
+
+NOISE = 0.003
+SUPPORT = (330.0, 720.0)
+seeds = st.integers(0, 10_000)
+
+
+def factors(fit: MaterialFit) -> tuple[np.ndarray, np.ndarray]:
+    """alpha (K, M) and beta (K, P) of a fit on the measured wavelengths, sorted by emission peak."""
+    dyes = sorted(fit.material.fluorophores, key=lambda dye: dye.emission.wavelengths[dye.emission.values.argmax()])
+    alpha = np.array([[dye.emission.at(w) for w in EMISSION] for dye in dyes]).reshape(-1, len(EMISSION))
+    beta = np.array([[dye.excitation.at(w) for w in EXCITATION] for dye in dyes]).reshape(-1, len(EXCITATION))
+    return alpha, beta
+
+
+def errors(fit: MaterialFit, truth: Truth) -> tuple[float, float]:
+    """Root-mean-square error of the luminescent cells and of S."""
+    alpha, beta = factors(fit)
+    cells = (10 * alpha.T @ beta - truth.luminescent)[SHIFT > 0]
+    S = np.array([fit.material.reflectance.at(w) for w in EMISSION]) - truth.reflectance
+    return float(np.sqrt(np.mean(cells**2))), float(np.sqrt(np.mean(S**2)))
+
+
+def test_without_noise_the_spectra_come_back():
+    truth = random_sample(1, 0)
+    fit = fit_material(truth.measured(0, noise=0.0), smooth=False, support=SUPPORT)
+    alpha, beta = factors(fit)
+    assert fit.rank == 1
+    assert np.abs(alpha - truth.alpha).max() < 1e-3 * truth.alpha.max()
+    assert np.abs(beta - truth.beta).max() < 1e-3 * truth.beta.max()
+    assert errors(fit, truth)[1] < 1e-5
+
+
+@settings(max_examples=8, deadline=None, derandomize=True)
+@given(seed=seeds)
+def test_one_dye_comes_back_from_noise(seed):
+    truth = random_sample(1, seed)
+    fit = fit_material(truth.measured(seed, NOISE), support=SUPPORT)
+    assert fit.rank == 1
+    cells, S = errors(fit, truth)
+    assert cells < NOISE
+    assert S < 2 * NOISE
+    alpha, beta = factors(fit)
+    assert np.abs(alpha - truth.alpha).max() < 0.2 * truth.alpha.max()
+    assert np.abs(beta - truth.beta).max() < 0.2 * truth.beta.max()
+
+
+@pytest.mark.parametrize("rank", [2, 3])
+@settings(max_examples=2, deadline=None, derandomize=True)
+@given(seed=seeds)
+def test_several_dyes_are_counted_and_come_back(rank, seed):
+    """Factors of several dyes are not unique as numbers; their sum, their peaks and S are."""
+    truth = random_sample(rank, seed)
+    fit = fit_material(truth.measured(seed, NOISE), support=SUPPORT)
+    assert fit.rank == rank
+    cells, S = errors(fit, truth)
+    assert cells < NOISE
+    assert S < 2 * NOISE
+    peaks = EMISSION[factors(fit)[0].argmax(axis=1)]
+    assert np.abs(peaks - EMISSION[truth.alpha.argmax(axis=1)]).max() <= 10
+
+
+@settings(max_examples=10, deadline=None, derandomize=True)
+@given(seed=seeds)
+def test_noise_alone_is_not_luminescence(seed):
+    """White noise and column baselines, as a chip without dye shows them, must give rank 0."""
+    fit = fit_material(random_sample(0, seed).measured(seed, NOISE, baseline=0.002), support=SUPPORT)
+    assert fit.rank == 0
+    assert not fit.material.fluorescent
+
+
+def test_column_baselines_are_not_taken_for_luminescence():
+    """A baseline of 0.003 per column, added below and above the diagonal, must leave alpha beta as it is."""
+    truth = random_sample(1, 5)
+    plain, shifted = (fit_material(truth.measured(1, 0.0005, baseline=b), support=SUPPORT) for b in (0.0, 0.003))
+    assert errors(shifted, truth)[0] < 0.0015
+    assert errors(plain, truth)[0] < 0.0010
+
+
+def test_noise_is_estimated_from_above_the_diagonal():
+    cells = random_sample(1, 2).measured(3, NOISE, baseline=0.002).cells
+    noise = estimate_noise(cells, stokes_shift(EMISSION, EXCITATION, 10.0))
+    assert noise.white == pytest.approx(NOISE, rel=0.1)
+    assert noise.offset == pytest.approx(0.002, rel=0.5)
+    assert noise.resolution == 0
+
+
+def test_rounded_tables_have_at_least_the_noise_of_rounding():
+    cells = np.round(random_sample(1, 2).measured(3, 0.0).cells, 2)
+    noise = estimate_noise(cells, stokes_shift(EMISSION, EXCITATION, 10.0))
+    assert noise.resolution == 0.01
+    assert noise.white >= 0.01 / np.sqrt(12)
+
+
+def test_nothing_is_clipped():
+    """The mean of the fit over many draws of noise is the truth: clipping cells at 0 would add 0.4 sigma to each."""
+    truth = random_sample(1, 7)
+    dark = np.ix_(EMISSION > 640, EXCITATION < 400)
+    found = []
+    for seed in range(6):
+        alpha, beta = factors(fit_material(truth.measured(seed, NOISE), rank=1, support=SUPPORT))
+        found.append((10 * alpha.T @ beta - truth.luminescent)[dark].mean())
+    assert abs(np.mean(found)) < 0.1 * NOISE
+
+
+def test_the_diagonal_of_the_fit_is_the_measured_one():
+    """S has no luminescence in it: with the half cell the model adds at equality, the diagonal is what was measured."""
+    measured = random_sample(1, 4).measured(4, 0.001)
+    grid = Wavelengths(380, 720, 10)
+    fit = fit_material(measured, rank=1, support=SUPPORT)
+    assert np.abs(np.diagonal(fit.material.on(grid).band()) - measured.reflectance.values).max() < 1e-4
+    assert np.any(measured.reflectance.values - fit.material.on(grid).reflectance > 0.003)
+
+
+def test_yields_do_not_depend_on_the_grid():
+    material = fit_material(random_sample(1, 4).measured(4, NOISE), rank=1, support=SUPPORT).material
+    coarse, fine = (material.on(Wavelengths(330, 720, step)) for step in (10, 2.5))
+    for of in ("photon_yield", "energy_yield"):
+        assert getattr(coarse, of)() == pytest.approx(getattr(fine, of)()[::4], abs=0.003)
+
+
+def test_rank_can_be_given():
+    measured = random_sample(1, 4).measured(4, NOISE)
+    assert [fit_material(measured, rank=k, support=SUPPORT).rank for k in (0, 1, 2)] == [0, 1, 2]
+
+
+def test_smoothing_costs_no_more_than_the_noise():
+    measured = random_sample(1, 11).measured(11, NOISE)
+    rough, smooth = (fit_material(measured, rank=1, smooth=s, support=SUPPORT) for s in (False, True))
+    bend = [np.sum(np.diff(fit.material.fluorophores[0].excitation.values, 2) ** 2) for fit in (rough, smooth)]
+    assert bend[1] < 0.5 * bend[0]
+    assert smooth.unexplained < 1.1 * rough.unexplained
+
+
+def test_what_was_not_measured_is_said():
+    material = fit_material(random_sample(1, 4).measured(4, NOISE), rank=1, support=(300, 780)).material
+    assert material.reflectance.support == (300.0, 780.0)
+    assert "reflectance below 380 nm not measured" in material.assumed
+    assert "emission above 720 nm not measured, taken as 0" in material.assumed
+    assert material.reflectance.at(310) == material.reflectance.at(380)
+
+
+def test_luminescence_is_scaled_to_conserve_photons():
+    """A matrix within measurement error of a photon yield of 1 becomes a material that is not above it."""
+    truth = random_sample(1, 4)
+    strong = Truth(truth.reflectance, 1.7 * truth.alpha, truth.beta)
+    measured = strong.measured(4, 0.0005)
+    assert 1.0 < measured.photon_yield().max() < 1.15
+    fit = fit_material(measured, rank=1, support=SUPPORT)
+    assert 0.85 < fit.scaled < 1
+    assert fit.material.on(Wavelengths(330, 720, 10)).photon_yield().max() == pytest.approx(1, abs=1e-3)
+
+
+def test_band_cells_taken_for_a_density_are_refused():
+    """Cells that were multiplied with the step once too often give out more photons than they get."""
+    measured = random_sample(1, 4).measured(4, 0.001)
+    cells = np.where(SHIFT == 0, measured.cells, 10 * measured.cells)
+    with pytest.raises(MaterialError, match="more photons than it gets") as error:
+        fit_material(MeasuredMatrix(EMISSION, EXCITATION, cells, "sheet"))
+    assert "sheet, excitation" in str(error.value)
+    assert "density" in str(error.value)
+
+
+def test_a_transposed_matrix_is_refused():
+    measured = random_sample(1, 4).measured(4, 0.001)
+    with pytest.raises(MaterialError, match="transpose"):
+        MeasuredMatrix(EXCITATION, EMISSION, measured.cells.T, "sheet")
+
+
+def test_mirrored_problem_finds_only_noise():
+    measured = random_sample(1, 4).measured(4, NOISE)
+    noise = estimate_noise(measured.cells, SHIFT / 10)
+    gains = []
+    for mirrored in (False, True):
+        problem = Problem(measured.cells, SHIFT / 10, noise, mirrored=mirrored)
+        gains.append(problem.nothing().misfit - problem.grow(problem.nothing()).misfit)
+    assert gains[0] > 20 * gains[1]
+
+
+def test_report_of_a_perfect_material_is_zero():
+    measured = random_sample(1, 4).measured(4, 0.0)
+    material = fit_material(measured, smooth=False, support=SUPPORT).material
+    report = report_fit(measured, material)
+    assert max(report.delta_e.values()) < 0.01
+    assert report.unexplained < 1e-3
+    assert report.photon_yield == pytest.approx(report.measured_photon_yield, abs=0.02)
+
+
+def test_report_sees_a_difference():
+    """5 % more luminescence must show, most in light rich in ultraviolet and violet and least without it."""
+    measured = random_sample(2, 4).measured(4, 0.0)
+    material = fit_material(measured, rank=2, support=SUPPORT).material
+    report = report_fit(measured, material.with_concentration(1.05))
+    assert report.delta_e["D65"] > 0.2
+    assert report.delta_e["D65+UV"] > report.delta_e["D65-UV"]
+
+
+def test_report_against_a_computation_written_out():
+    """CIEDE2000 under D65 between two greys, from XYZ summed by hand."""
+    w = np.arange(380.0, 721.0, 10.0)
+    measured = MeasuredMatrix(w, w, 0.30 * np.eye(35), "grey")
+    report = report_fit(measured, Material("grey", Spectrum.constant(0.32)))
+    L = [116 * np.cbrt(value) - 16 for value in (0.30, 0.32)]
+    weight = 1 + 0.015 * (np.mean(L) - 50) ** 2 / np.sqrt(20 + (np.mean(L) - 50) ** 2)
+    assert report.delta_e["D65"] == pytest.approx((L[1] - L[0]) / weight, rel=1e-6)
+    assert report.delta_e_all_cells == pytest.approx(report.delta_e["D65"])
+
+
+def test_lights_of_the_report():
+    grid = Wavelengths(300, 780, 5)
+    lights = report_lights(grid)
+    w = grid.values
+    assert np.all(lights["D65-UV"][w < 400] == 0)
+    assert np.array_equal(lights["D65-UV"][w >= 400], lights["D65"][w >= 400])
+    assert lights["D65+UV"][w == 365] - lights["D65"][w == 365] == pytest.approx(300)
+
+
+def test_colour_difference_of_equal_colours_is_zero():
+    assert delta_e_2000([50.0, 10.0, 10.0], [50.0, 10.0, 10.0]) == 0

@@ -1,0 +1,261 @@
+"""Make the material and lamp files of the library from measured data.
+
+    python tools/fit_materials.py DATA [--out src/fluorspar/data] [--table quality.md]
+
+DATA is a folder that holds, anywhere below it, the measured Donaldson matrices named in `SAMPLES` (RIT .BFC files, and the
+ICC's and Labsphere's as Donaldson .csv) and `cornell_reflectances_4nm.csv`. Everything else - flat reflectances, dyes from
+published peak positions, the lamp of the Cornell box - stands in this file. A table of fit qualities is printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from fluorspar.errors import ExtrapolationWarning
+from fluorspar.spectral.bfc import read_bfc
+from fluorspar.spectral.dye import dye
+from fluorspar.spectral.fit_report import FitReport, report_fit
+from fluorspar.spectral.fitting import MaterialFit, fit_material
+from fluorspar.spectral.material import Material
+from fluorspar.spectral.material_file import write_material
+from fluorspar.spectral.measured import MeasuredMatrix, read_donaldson_csv
+from fluorspar.spectral.spectrum import Spectrum
+
+RIT = (
+    "S. Gonzalez, M. Fairchild, Fluorescent Database, RIT Munsell Color Science Laboratory 1999, sample {}; "
+    "fitted by Fluorspar"
+)
+ICC = (
+    "International Color Consortium, DemoIccMAX FluorescentNamedColor profile (BSD-style licence), {}; "
+    "values rounded to two decimals; fitted by Fluorspar"
+)
+LABSPHERE = "data courtesy of Labsphere Inc. (BSD-3-Clause), {}; fitted by Fluorspar"
+CORNELL = 'Cornell University Program of Computer Graphics, Cornell box data ("for public use")'
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A measured matrix: the stem of its file, the material's name, what it is, and whom to thank."""
+
+    stem: str
+    name: str
+    description: str
+    source: str
+
+    @property
+    def credit(self) -> str:
+        return self.source.format(self.stem)
+
+
+SAMPLES = (
+    Sample("IXCAXPRE", "poster-red", "Fluorescent red poster paint on an index card", RIT),
+    Sample("IXCCLGE", "poster-green", "Fluorescent green poster paint (Colorations) on an index card", RIT),
+    Sample("IXCCLYE", "poster-yellow", "Fluorescent yellow poster paint (Colorations) on an index card", RIT),
+    Sample("IXAXOR2", "poster-orange", "Fluorescent orange poster paint (Colorations) on an index card", RIT),
+    Sample("PAPRED", "paper-red", "Fluorescent red paper", RIT),
+    Sample("PAPORAN", "paper-orange", "Fluorescent orange paper", RIT),
+    Sample("PAPYEL", "paper-yellow", "Fluorescent yellow paper", RIT),
+    Sample("PAPGRE", "paper-green", "Fluorescent green paper", RIT),
+    Sample("PAPMAG", "paper-magenta", "Fluorescent magenta paper", RIT),
+    Sample("INCWHITE", "paper-whitened", "White index card with an optical brightener", RIT),
+    Sample("neon-orange", "neon-orange", "Neon orange ink", ICC),
+    Sample("neon-yellow", "neon-yellow", "Neon yellow ink", ICC),
+    Sample("postit_yellow", "sticky-note-yellow", "Yellow sticky note (3M Post-it)", LABSPHERE),
+    Sample("postit_pink", "sticky-note-pink", "Pink sticky note (3M Post-it)", LABSPHERE),
+    Sample("MCMODRED", "chart-moderate-red", "Moderate red patch of a Macbeth ColorChecker", RIT),
+    Sample("brown", "ink-brown", "Brown ink", ICC),
+)
+
+FLAT = {
+    "white-85": (0.85, "White, 'standard reference white' of rendered scenes"),
+    "gray-45": (0.45, "Medium grey"),
+    "gray-18": (0.18, "Photographer's grey"),
+    "luminaire-78": (0.78, "Luminaire of the Cornell box"),
+}
+
+LITERATURE = (
+    "peak wavelengths and quantum yield: general literature values, {}; band shapes, strength and substrate assumed"
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Make the library's material and lamp files from measured data.")
+    parser.add_argument("data", type=Path, help="folder with the measured matrices and reflectances")
+    parser.add_argument("--out", type=Path, default=Path("src/fluorspar/data"), help="folder to write to")
+    parser.add_argument("--table", type=Path, help="also write the table of fit qualities to this file")
+    arguments = parser.parse_args()
+    materials, lamps = arguments.out / "materials", arguments.out / "illuminants"
+    materials.mkdir(parents=True, exist_ok=True)
+    lamps.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for sample in SAMPLES:
+        fit, coarse, fine = fit_sample(sample, find(arguments.data, sample.stem))
+        write_material(materials / f"{sample.name}.csv", fit.material)
+        rows.append((sample, fit, coarse, fine))
+    for material in (*flat_materials(), *cornell_materials(arguments.data), *dyes()):
+        write_material(materials / f"{material.name}.csv", material)
+    write_cornell_lamp(lamps / "cornell-lamp.csv")
+    table = quality_table(rows)
+    print(table)
+    if arguments.table:
+        arguments.table.write_text(table + "\n", encoding="utf-8")
+
+
+def find(folder: Path, stem: str) -> Path:
+    """Return the one file of that stem below a folder."""
+    found = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.stem.lower() == stem.lower()]
+    if len(found) != 1:
+        raise SystemExit(f"{folder}: expected one file named {stem}.*, found {len(found)}")
+    return found[0]
+
+
+def read(path: Path) -> MeasuredMatrix:
+    """Read a measured matrix of either kind."""
+    return read_bfc(path) if path.suffix.lower() == ".bfc" else read_donaldson_csv(path)
+
+
+def fit_sample(sample: Sample, path: Path) -> tuple[MaterialFit, FitReport, FitReport]:
+    """Fit a sample; return the fit, with its quality in words, and its reports at the measured step and at half of it."""
+    fit = fit_material(read(path), name=sample.name, description=sample.description, credit=sample.credit)
+    coarse, fine = (report_fit(fit.measured, fit.material, step) for step in (fit.measured.step, fit.measured.step / 2))
+    colours = ", ".join(f"{light} {value:.2f}" for light, value in coarse.delta_e.items())
+    words = (
+        f"rank {fit.rank}; CIEDE2000 to the measurement: {colours}; under D65 at {fine.grid.step:g} nm "
+        f"{fine.delta_e['D65']:.2f}; noise {fit.noise.white:.4f} per cell, luminescent part unexplained "
+        f"{100 * fit.unexplained:.0f} %; highest photon yield {coarse.photon_yield.max():.2f}"
+    )
+    if fit.rank == 0:
+        words = f"not fluorescent: no luminescence beyond the noise of {fit.noise.white:.4f} per cell"
+    if fit.scaled < 1:
+        words += f"; luminescence scaled by {fit.scaled:.3f} to conserve photons"
+    return replace(fit, material=replace(fit.material, quality=words)), coarse, fine
+
+
+def quality_table(rows: list[tuple[Sample, MaterialFit, FitReport, FitReport]]) -> str:
+    """Return the fit qualities as a Markdown table."""
+    lights = list(rows[0][2].delta_e)
+    head = ["material", "sample", "rank", *lights, "D65, half step", "D65, all cells", "unexplained", "photon yield"]
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    for sample, fit, coarse, fine in rows:
+        cells = [sample.name, sample.stem, str(fit.rank)]
+        cells += [f"{coarse.delta_e[light]:.2f}" for light in lights]
+        cells += [f"{fine.delta_e['D65']:.2f}", f"{coarse.delta_e_all_cells:.2f}"]
+        cells += [f"{100 * fit.unexplained:.0f} %" if fit.rank else "-", f"{coarse.photon_yield.max():.2f}"]
+        lines.append("| " + " | ".join(cells) + " |")
+    lit = [(coarse, fine) for _, fit, coarse, fine in rows if fit.rank]
+    means = [np.mean([coarse.delta_e[light] for coarse, _ in lit]) for light in lights]
+    means += [np.mean([fine.delta_e["D65"] for _, fine in lit])]
+    means += [np.mean([coarse.delta_e_all_cells for coarse, _ in lit])]
+    mean = ["mean of the fluorescent", "", "", *(f"{value:.2f}" for value in means), "", ""]
+    lines.append("| " + " | ".join(mean) + " |")
+    return "\n".join(lines)
+
+
+def flat_materials() -> list[Material]:
+    """Reflectances that are the same at every wavelength."""
+    found = []
+    for name, (value, description) in FLAT.items():
+        assumed = f"reflectance {value:g} at every wavelength is assumed, not measured"
+        reflectance = Spectrum(np.array([300.0, 780.0]), np.array([value, value]), f"reflectance of {name!r}", assumed)
+        quality = "not fluorescent"
+        found.append(Material(name, reflectance, description=description, quality=quality, assumed=assumed))
+    return found
+
+
+def cornell_materials(data: Path) -> list[Material]:
+    """The measured paints of the Cornell box."""
+    path = find(data, "cornell_reflectances_4nm")
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    assumed = "reflectance below 400 nm not measured, held at its value there; reflectance above 700 nm likewise"
+    found = []
+    for colour in ("white", "green", "red"):
+        wavelengths = np.concatenate([[300.0], table["wavelength_nm"], [780.0]])
+        values = np.pad(table[colour], 1, mode="edge")
+        name = f"cornell-{colour}"
+        found.append(
+            Material(
+                name,
+                Spectrum(wavelengths, values, f"reflectance of {name!r}", assumed),
+                description=f"{colour.capitalize()} paint of the Cornell box, as measured",
+                credit=CORNELL,
+                quality="measured at 400-700 nm every 4 nm; not fluorescent",
+                assumed=assumed,
+            )
+        )
+    return found
+
+
+def write_cornell_lamp(path: Path) -> None:
+    """The lamp of the Cornell box, piecewise linear."""
+    rows = ((300, 0.0), (400, 0.0), (500, 8.0), (600, 15.6), (700, 18.4), (780, 18.4))
+    lines = [
+        "# name: cornell-lamp",
+        "# description: Lamp of the Cornell box, relative spectral radiance, linear between the points",
+        f"# credit: {CORNELL}",
+        "# assumed: 0 below 400 nm, as at 400 nm; held above 700 nm at its value there",
+        "wavelength,value",
+        *(f"{wavelength},{value:g}" for wavelength, value in rows),
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def band(peaks: list[tuple[float, float, float]], name: str) -> Spectrum:
+    """A sum of bands (peak nm, full width at half maximum nm, height), Gaussian in wavenumber, scaled to 1."""
+    wavelengths = np.arange(300.0, 780.1, 5.0)
+    values = np.zeros_like(wavelengths)
+    for peak, width, height in peaks:
+        sigma = width / peak**2 / np.sqrt(8 * np.log(2))
+        values += height * np.exp(-((1 / wavelengths - 1 / peak) ** 2) / (2 * sigma**2))
+    values[values < 1e-4 * values.max()] = 0.0
+    return Spectrum(wavelengths, values / values.max(), name)
+
+
+def dyes() -> list[Material]:
+    """Dyes from published peak positions, on white."""
+    shape = "excitation and emission are sums of bands that are Gaussian in wavenumber; "
+    surface = "on a substrate of reflectance 0.85 at every wavelength"
+    warnings.simplefilter("ignore", ExtrapolationWarning)
+    return [
+        dye(
+            band([(491, 33, 1.0), (466, 38, 0.30), (320, 40, 0.10)], "excitation of fluorescein"),
+            band([(514, 30, 1.0), (545, 45, 0.35)], "emission of fluorescein"),
+            quantum_yield=0.92,
+            strength=0.6,
+            units="photon",
+            name="dye-fluorescein",
+            description="Fluorescein as in alkaline solution (peaks 491 / 514 nm, quantum yield 0.92), on white",
+            credit=LITERATURE.format("fluorescein in 0.1 M NaOH"),
+            assumed=f"{shape}at its peak the dye absorbs 60 % of the light, {surface}",
+        ),
+        dye(
+            band([(530, 32, 1.0), (496, 36, 0.32), (348, 40, 0.10)], "excitation of rhodamine 6G"),
+            band([(553, 31, 1.0), (588, 45, 0.32)], "emission of rhodamine 6G"),
+            quantum_yield=0.95,
+            strength=0.6,
+            units="photon",
+            name="dye-rhodamine-6g",
+            description="Rhodamine 6G as in ethanol (peaks 530 / 553 nm, quantum yield 0.95), on white",
+            credit=LITERATURE.format("rhodamine 6G in ethanol"),
+            assumed=f"{shape}at its peak the dye absorbs 60 % of the light, {surface}",
+        ),
+        dye(
+            band([(350, 62, 1.0)], "excitation of a stilbene brightener"),
+            band([(435, 50, 1.0), (415, 30, 0.35)], "emission of a stilbene brightener"),
+            quantum_yield=0.7,
+            strength=0.5,
+            units="photon",
+            name="dye-stilbene",
+            description="Stilbene optical brightener (peaks 350 / 435 nm, quantum yield 0.7), on white",
+            credit=LITERATURE.format("diaminostilbene brighteners on cellulose"),
+            assumed=f"{shape}at its peak the dye absorbs 50 % of the light, {surface}",
+        ),
+    ]
+
+
+if __name__ == "__main__":
+    main()
