@@ -52,6 +52,9 @@ def main() -> None:
     parser.add_argument(
         "--window", type=int, nargs=4, help="x0 y0 x1 y1: pixels that count, such as those of one wall"
     )
+    parser.add_argument(
+        "--margin", type=int, default=MARGIN, help="pixels around emitting surfaces that do not count"
+    )
     args = parser.parse_args()
     parameters = {"mesh": args.mesh} if args.mesh else None
     scene = load_scene(args.scene, parameters=parameters).with_settings(
@@ -65,7 +68,10 @@ def main() -> None:
     renderer = MitsubaRenderer()
     with renderer.session():
         seen = renderer.load(scene).rows_seen(seed=0, scale=1)
-    valid = ~binary_dilation(np.isin(seen, rows), iterations=MARGIN) & (seen >= 0)
+    emitting = np.isin(seen, rows)
+    if args.margin:
+        emitting = binary_dilation(emitting, iterations=args.margin)
+    valid = ~emitting & (seen >= 0)
     if args.window:
         x0, y0, x1, y1 = args.window
         inside = np.zeros_like(valid)
@@ -76,9 +82,8 @@ def main() -> None:
     band = int(np.argmax(reference.mean(axis=(0, 1))))
     expected = blocks(reference, valid)[:, band]
     print(f"{len(expected)} blocks, {grid.values[band]:g} nm")
-    print(
-        f"{'count':>6}{'mean':>9}{'rms':>9}{'worst':>9}{'total':>9}{'seconds':>9}   to the last count: rms / mean"
-    )
+    header = "".join(f"{name:>9}" for name in ("mean", "rms", "worst", "total", "seconds"))
+    print(f"{'count':>6}{header}   to the last count: rms / mean")
     before = None
     for count in args.counts:
         # the emitters of walls vary in a room, those of the object in a scene with a mesh
@@ -98,11 +103,10 @@ def main() -> None:
         error = blocks(image, valid)[:, band] / expected - 1
         both = [x.total(single_bounce=True).values.astype(float) for x in (staged, paths)]
         whole = blocks(both[0], valid)[:, band].mean() / blocks(both[1], valid)[:, band].mean() - 1
-        step = (
-            ""
-            if before is None
-            else f"{relative_rmse(blocks(before, valid), blocks(image, valid)):.4f} (blocks), {relative_rmse(before, image):.4f} (pixels)"
-        )
+        step = ""
+        if before is not None:
+            by_block = relative_rmse(blocks(before, valid), blocks(image, valid))
+            step = f"{by_block:.4f} (blocks), {relative_rmse(before, image):.4f} (pixels)"
         print(
             f"{count:>6}{error.mean():>9.2%}{np.sqrt(np.mean(error**2)):>9.2%}{np.abs(error).max():>9.2%}"
             f"{whole:>9.2%}{seconds:>9.1f}   {step}",

@@ -68,19 +68,16 @@ def main() -> None:
     bias = np.sqrt(np.maximum(staged_error**2 - noise, 0))
     level = truth[dark].mean(axis=0)
     ratio = staged_seconds / (paths_seconds * (paths_error / staged_error) ** 2)
-    print(
-        f"{args.scene}, {args.size} x {args.size}, {len(grid)} bands, {args.spp} samples, {args.emitters} x {args.emitters} emitters"
-    )
-    print(
-        f"paths   {paths_seconds:8.2f} s   error {np.median(paths_error / level):.3%} of the mean (median band)"
-    )
-    print(
-        f"staged  {staged_seconds:8.2f} s   error {np.median(staged_error / level):.3%}, of which bias {np.median(bias / level):.3%}"
-    )
+    paths_share, staged_share, bias_share = (np.median(e / level) for e in (paths_error, staged_error, bias))
+    print(f"{args.scene}, {args.size} x {args.size}, {len(grid)} bands, {args.spp} samples")
+    print(f"paths   {paths_seconds:8.2f} s   error {paths_share:.3%} of the mean (median band)")
+    print(f"staged  {staged_seconds:8.2f} s   error {staged_share:.3%}, of which bias {bias_share:.3%}")
+    print(f"        with {args.emitters} x {args.emitters} emitters a wall")
     print(
         f"time of staged over time of paths for the same error: {np.median(ratio):.1f} "
-        f"({ratio.min():.1f} to {ratio.max():.1f} over bands); without regard to error: {staged_seconds / paths_seconds:.1f}"
+        f"({ratio.min():.1f} to {ratio.max():.1f} over bands)"
     )
+    print(f"without regard to error: {staged_seconds / paths_seconds:.1f}")
     print(timing_table(staged.attrs["timings"]))
 
 

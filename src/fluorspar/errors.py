@@ -22,7 +22,9 @@ __all__ = [
 ]
 
 
-def message(what: str, *, where: object = None, got: object = None, expected: object = None, fix: str = "") -> str:
+def message(
+    what: str, *, where: object = None, got: object = None, expected: object = None, fix: str = ""
+) -> str:
     """Compose an error message: what, where, got, expected, how to fix.
 
     Parameters

@@ -111,17 +111,31 @@ def render(
     from fluorspar.paths.estimate import estimate
 
     if method not in METHODS:
-        raise OptionError(message("there is no such method", got=repr(method), expected=f"one of {', '.join(METHODS)}"))
+        raise OptionError(
+            message("there is no such method", got=repr(method), expected=f"one of {', '.join(METHODS)}")
+        )
     if variant not in TRACE_VARIANTS:
-        raise OptionError(message("there is no such variant", got=repr(variant), expected=f"one of {', '.join(TRACE_VARIANTS)}"))
+        raise OptionError(
+            message(
+                "there is no such variant", got=repr(variant), expected=f"one of {', '.join(TRACE_VARIANTS)}"
+            )
+        )
     if seed < 0:
         raise OptionError(message("the seed is negative", got=seed, expected="0 or more"))
     if output is not None and Path(output).suffix != ".nc":
-        raise OptionError(message("an image can be streamed to NetCDF only", got=Path(output).name, expected="a name that ends in .nc"))
+        raise OptionError(
+            message(
+                "an image can be streamed to NetCDF only",
+                got=Path(output).name,
+                expected="a name that ends in .nc",
+            )
+        )
     if not isinstance(scene, Scene):
         scene = load_scene(scene, materials=materials)
     elif materials:
-        raise OptionError(message("materials come too late for a loaded scene", fix="give them to load_scene"))
+        raise OptionError(
+            message("materials come too late for a loaded scene", fix="give them to load_scene")
+        )
     width, height = size or (None, None)
     scene = scene.with_settings(spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth)
     scene = scene.with_whole_samples()
@@ -142,10 +156,18 @@ def render(
     if output is None:
         sink = _Memory(grid, settings.height, settings.width, component_errors)
     else:
-        sink = _File(output, grid, settings.height, settings.width, component_errors)
+        sink = _File(output, grid, settings.height, settings.width, component_errors=component_errors)
     began = time.perf_counter()
     pixels, done = settings.width * settings.height, 0
-    chunks = estimate(scene, grid, seed=seed, stokes=stokes, component_errors=component_errors, backend=variant, threads=threads)
+    chunks = estimate(
+        scene,
+        grid,
+        seed=seed,
+        stokes=stokes,
+        component_errors=component_errors,
+        backend=variant,
+        threads=threads,
+    )
     with sink:
         try:
             with closing(chunks):
@@ -180,7 +202,11 @@ class _Memory:
         pass
 
     def write_pixels(
-        self, first: int, radiance: np.ndarray[Any, Any], error: np.ndarray[Any, Any], errors: np.ndarray[Any, Any] | None = None
+        self,
+        first: int,
+        radiance: np.ndarray[Any, Any],
+        error: np.ndarray[Any, Any],
+        errors: np.ndarray[Any, Any] | None = None,
     ) -> None:
         self.done = first + len(radiance)
         self.radiance[:, first : self.done] = radiance.swapaxes(0, 1)
@@ -200,7 +226,9 @@ class _Memory:
             self.grid,
             self.standard_error.reshape(shape),
             attrs | ({"partial": 1} if partial else {}),
-            component_standard_error=None if self.component_errors is None else self.component_errors.reshape(-1, *shape),
+            component_standard_error=None
+            if self.component_errors is None
+            else self.component_errors.reshape(-1, *shape),
         )
 
 

@@ -153,7 +153,8 @@ def test_sphere_of_two_materials(tmp_path: Path) -> None:
         part = trimesh.Trimesh(ball.vertices, ball.faces[chosen][:, ::-1], process=False)
         part.export(tmp_path / f"{name}.obj", include_normals=False)
         shapes += f"""<shape type="obj" id="{name}"> <string name="filename" value="{name}.obj"/>
-            <boolean name="face_normals" value="true"/> <emitter type="area"> {curve("radiance", lamp)} </emitter> </shape>"""
+            <boolean name="face_normals" value="true"/>
+            <emitter type="area"> {curve("radiance", lamp)} </emitter> </shape>"""
     camera = sensor(16, 256, origin="0.1, 0, 0", target="1, 0, 0.3", fov=100, up="0, 0, 1")
     dyes, bright = [DYE, (bell(620, 30, 0.3), bell(540, 50))], [S, 0.7 - 0.3 * (FINE - 300) / 480]
     scene = load_scene(

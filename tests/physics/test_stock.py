@@ -156,3 +156,20 @@ def test_lights(name: str, tmp_path: Path) -> None:
     ours = render(scene, spp=1024, wavelengths=BANDS, seed=5)
     stock = stock_renders(room(lights, stock=True), spp=128, seeds=8)
     print(name, assert_agrees(ours, stock, blocks=4, bias=0.005))
+
+
+@pytest.mark.parametrize("max_depth", [1, 2, 3, 5])
+def test_depth_counts_as_in_mitsuba(max_depth: int, tmp_path: Path) -> None:
+    """All lights at once, cut off at a depth: the image mean is allowed 1 %, a depth more or less would change it by more."""
+    lights = tuple(LIGHTS)
+    ours = render(
+        load_scene(write(tmp_path, room(lights, stock=False))),
+        spp=512,
+        wavelengths=BANDS,
+        seed=9,
+        max_depth=max_depth,
+    )
+    stock = room(lights, stock=True).replace(
+        'name="max_depth" value="-1"', f'name="max_depth" value="{max_depth}"'
+    )
+    assert_agrees(ours, stock_renders(stock, spp=64, seeds=8), blocks=4, bias=0.01)

@@ -278,7 +278,7 @@ class TestCameras:
             '<integer name="crop_width" value="5"/> <integer name="crop_height" value="3"/> <integer name="crop_offset_x" value="6"/>'
             '<integer name="crop_offset_y" value="2"/> <rfilter type="box"/>',
         )
-        lamp = """<shape type="rectangle"> <transform name="to_world"> <translate x="0.8"/> </transform>
+        lamp = """<shape type="rectangle"> <transform name="to_world"> <translate x="1.7" y="0.3"/> </transform>
             <emitter type="area"/> </shape>"""
         scene = load_scene(write(tmp_path, crop, lamp))
         assert (scene.settings.width, scene.settings.height) == (5, 3)
@@ -326,7 +326,7 @@ class TestTraceScene:
         """
         shapes, front, back = "", {}, {}
         for k in range(6):
-            corners = np.array([[k, 0, 0], [k + 1, 0, 0], [k + 1, 1, 0], [k, 1, 0]]) - [3, 0.5, 0]
+            corners = np.array([[k, 0, 0], [k + 1, 0, 0], [k + 1, 1, 0], [k, 1, 0]]) - [3, 0, 0]
             faces = [[1, 2, 3], [1, 3, 4]] if k % 2 else [[1, 2, 3], [1, 3, 4], [1, 3, 4]][: 2 + (k == 4)]
             text = "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(
                 f"f {a} {b} {c}\n" for a, b, c in faces
@@ -343,8 +343,7 @@ class TestTraceScene:
             light = f'<emitter type="directional"> <vector name="direction" z="{-np.sign(z)}" x="0" y="0"/> </emitter>'
             scene = load_scene(write(tmp_path, camera, light, shapes), materials=grey)
             image = render(scene, spp=4, max_depth=2, wavelengths=GRID).total().values[..., 0]
-            rows = image[2:4]
-            seen = rows.max(axis=0) * np.pi
+            seen = image[2] * np.pi
             assert seen.tolist() == pytest.approx(expected, rel=1e-5)
 
     def test_one_sided_surfaces_absorb_on_their_back(self, tmp_path: Path) -> None:
@@ -375,4 +374,4 @@ class TestImport:
             "except fluorspar.errors.RendererError as err: print(err)"
         )
         assert done.returncode == 0, done.stderr[-2000:]
-        assert "(7, 4, 4, 4)" in done.stdout or "before mitsuba" in done.stdout
+        assert "(7, 4, 4, 4)" in done.stdout or "DRJIT_LIBLLVM_PATH=" in done.stdout

@@ -167,7 +167,7 @@ def test_what_was_not_measured_is_said():
 def test_luminescence_is_scaled_to_conserve_photons():
     """A matrix within measurement error of a photon yield of 1 becomes a material that is not above it."""
     truth = random_sample(1, 4)
-    strong = Truth(truth.reflectance, 1.7 * truth.alpha, truth.beta)
+    strong = Truth(truth.reflectance, 1.85 * truth.alpha, truth.beta)
     measured = strong.measured(4, 0.0005)
     assert 1.0 < measured.photon_yield().max() < 1.15
     fit = fit_material(measured, rank=1, support=SUPPORT)

@@ -14,7 +14,18 @@ from fluorspar.cli import console
 
 __all__ = ["doctor"]
 
-_PACKAGES = ("fluorspar", "mitsuba", "drjit", "numpy", "numba", "xarray", "h5netcdf", "OpenEXR", "colour-science", "karellen-llvm-core")
+_PACKAGES = (
+    "fluorspar",
+    "mitsuba",
+    "drjit",
+    "numpy",
+    "numba",
+    "xarray",
+    "h5netcdf",
+    "OpenEXR",
+    "colour-science",
+    "karellen-llvm-core",
+)
 # A wrong LLVM aborts the process, so each variant is tried in a process of its own.
 _TRY = """
 from fluorspar.scene.renderer import use_variant
@@ -47,13 +58,23 @@ def doctor() -> None:
             line(package, metadata.version(package))
         except metadata.PackageNotFoundError:
             line(package, "not installed")
-    line("LLVM library", find_llvm() or "none found: pip install karellen-llvm-core, or install LLVM 16 or later")
+    line(
+        "LLVM library",
+        find_llvm() or "none found: pip install karellen-llvm-core, or install LLVM 16 or later",
+    )
     works = {}
     for backend, variant in {"spectra": SPECTRUM_VARIANT, **TRACE_VARIANTS}.items():
         with console.err.status(f"trying {variant}"):
-            tried = subprocess.run([sys.executable, "-c", _TRY.format(variant=variant)], capture_output=True, text=True, check=False)
+            tried = subprocess.run(
+                [sys.executable, "-c", _TRY.format(variant=variant)],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
         works[backend] = tried.returncode == 0
-        reason = (tried.stderr.strip().splitlines() or [f"the process ended with code {tried.returncode}"])[-1]
+        reason = (tried.stderr.strip().splitlines() or [f"the process ended with code {tried.returncode}"])[
+            -1
+        ]
         line(variant, "works" if works[backend] else f"does not work: {reason}")
     if not (works["spectra"] and works["llvm"]):
         console.error("rendering will not work on this machine")

@@ -13,7 +13,12 @@ __all__ = ["info"]
 
 
 def info(
-    file: Annotated[str, typer.Argument(help="A spectral image (.nc, .exr), a scene (.xml or built-in) or a material (.csv, .bfc, or a name).")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            help="A spectral image (.nc, .exr), a scene (.xml or built-in) or a material (.csv, .bfc, or a name)."
+        ),
+    ],
 ) -> None:
     """Say what an image, a scene or a material holds.
 

@@ -41,7 +41,9 @@ app.command()(doctor)
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)
+    ] = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Say more about what is done.")] = False,
 ) -> None:
     if version:
@@ -65,9 +67,14 @@ def main() -> None:
 
 
 def _show_warning(
-    text: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None, line: str | None = None
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
 ) -> None:
     if issubclass(category, FluorsparWarning):
-        console.warning(str(text))
+        console.warning(str(message))
     else:
-        logging.getLogger("fluorspar").info("%s: %s", category.__name__, text)
+        logging.getLogger("fluorspar").info("%s: %s", category.__name__, message)

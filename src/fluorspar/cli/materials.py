@@ -8,7 +8,11 @@ from fluorspar.cli import console
 
 __all__ = ["materials"]
 
-materials = typer.Typer(help="The library of materials.\n\nExample:  fluorspar materials list", no_args_is_help=True, rich_markup_mode=None)
+materials = typer.Typer(
+    help="The library of materials.\n\nExample:  fluorspar materials list",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
 
 
 @materials.callback()
@@ -38,5 +42,10 @@ def list_materials() -> None:
         made = material(name)
         rgb, _ = srgb_from_xyz(xyz_from_radiance(made.on(grid).apply(light), grid), exposure=1 / white)
         red, green, blue = (round(255 * float(c)) for c in rgb)
-        table.add_row(f"[on rgb({red},{green},{blue})]    [/]", name, "yes" if made.fluorescent else "no", made.description)
+        table.add_row(
+            f"[on rgb({red},{green},{blue})]    [/]",
+            name,
+            "yes" if made.fluorescent else "no",
+            made.description,
+        )
     console.out.print(table)

@@ -21,7 +21,14 @@ def size_of(text: str | None) -> tuple[int, int] | None:
         return None
     width, _, height = text.lower().partition("x")
     if not (width.isdigit() and height.isdigit()):
-        raise OptionError(message("the size is not readable", where="--size", got=text, expected="WIDTHxHEIGHT in pixels, such as 512x512"))
+        raise OptionError(
+            message(
+                "the size is not readable",
+                where="--size",
+                got=text,
+                expected="WIDTHxHEIGHT in pixels, such as 512x512",
+            )
+        )
     return int(width), int(height)
 
 
@@ -37,6 +44,8 @@ def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
     for text in texts:
         key, separator, value = text.partition("=")
         if not (key and separator and value):
-            raise OptionError(message("an option is not readable", where=option, got=text, expected="KEY=VALUE"))
+            raise OptionError(
+                message("an option is not readable", where=option, got=text, expected="KEY=VALUE")
+            )
         read[key] = value
     return read

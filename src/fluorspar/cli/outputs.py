@@ -28,13 +28,23 @@ def check_outputs(outputs: Sequence[Path], pictures: Path | None) -> None:
     for path in outputs:
         if path.suffix.lower() not in _FORMATS:
             raise OptionError(
-                message("the suffix names no image format", where="--output", got=path, expected=", ".join(_FORMATS), fix="rename the file")
+                message(
+                    "the suffix names no image format",
+                    where="--output",
+                    got=path,
+                    expected=", ".join(_FORMATS),
+                    fix="rename the file",
+                )
             )
         check_target(path)
     if len(set(outputs)) < len(outputs):
-        raise OptionError(message("a file is to be written twice", where="--output", got=", ".join(map(str, outputs))))
+        raise OptionError(
+            message("a file is to be written twice", where="--output", got=", ".join(map(str, outputs)))
+        )
     if pictures is not None and pictures.exists() and not pictures.is_dir():
-        raise OptionError(message("the pictures need a folder", where="--pictures", got=f"{pictures}, a file"))
+        raise OptionError(
+            message("the pictures need a folder", where="--pictures", got=f"{pictures}, a file")
+        )
 
 
 def stream_target(outputs: Sequence[Path]) -> Path | None:
@@ -56,4 +66,6 @@ def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path 
     if pictures is not None:
         with console.err.status(f"writing pictures into {pictures}"):
             write_pictures(image, pictures)
-        console.out.print(f"wrote a picture of every component into {pictures}", markup=False, highlight=False)
+        console.out.print(
+            f"wrote a picture of every component into {pictures}", markup=False, highlight=False
+        )

@@ -12,7 +12,9 @@ __all__ = ["scenes"]
 
 
 def scenes(
-    paths: Annotated[bool, typer.Option("--paths", help="Print where the scene files are, to copy and change them.")] = False,
+    paths: Annotated[
+        bool, typer.Option("--paths", help="Print where the scene files are, to copy and change them.")
+    ] = False,
 ) -> None:
     """List the built-in scenes.
 
@@ -21,4 +23,6 @@ def scenes(
     from fluorspar.scene.builtin import BUILTIN, builtin_path
 
     for name, description in BUILTIN.items():
-        console.out.print(f"{name:<16}{builtin_path(name) if paths else description}", markup=False, highlight=False)
+        console.out.print(
+            f"{name:<16}{builtin_path(name) if paths else description}", markup=False, highlight=False
+        )

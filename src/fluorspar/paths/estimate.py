@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -30,7 +30,7 @@ def estimate(
     component_errors: bool = False,
     backend: str = "llvm",
     threads: int | None = None,
-) -> Iterator[tuple[int, Swept]]:
+) -> Generator[tuple[int, Swept]]:
     """Yield the components of one run of pixels after another.
 
     Parameters
@@ -67,17 +67,29 @@ def estimate(
     pixels = settings.width * settings.height
     per_chunk = max(1, CHUNK // settings.spp)
     chunks = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
-    workers = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or os.cpu_count() or 1
+    workers = (
+        threads or len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else threads or os.cpu_count() or 1
+    )
     threads_before = dr.thread_count()
-    with use_variant(TRACE_VARIANTS[backend]), ThreadPoolExecutor(workers) as pool, ThreadPoolExecutor(1) as beside:
+    with (
+        use_variant(TRACE_VARIANTS[backend]),
+        ThreadPoolExecutor(workers) as pool,
+        ThreadPoolExecutor(1) as beside,
+    ):
         dr.set_thread_count(workers)
         try:
-            tracer = Tracer(build_trace_scene(scene), settings, np.array([_survival(m) for m in matrices]), seed)
+            tracer = Tracer(
+                build_trace_scene(scene), settings, np.array([_survival(m) for m in matrices]), seed
+            )
             started = tracer.start(0, *chunks[0])
             for number, (first_pixel, _) in enumerate(chunks):
                 paths: LightPaths = tracer.finish(started)
                 # The sweep runs while the next chunk is being set up, which keeps one core busy only.
-                sweeping = beside.submit(sweep, paths, tables, len(grid), pool, component_errors=component_errors)
+                sweeping = beside.submit(
+                    sweep, paths, tables, len(grid), pool, component_errors=component_errors
+                )
                 if number + 1 < len(chunks):
                     started = tracer.start(number + 1, *chunks[number + 1])
                 yield first_pixel, sweeping.result()
@@ -86,5 +98,5 @@ def estimate(
 
 
 def _survival(matrix: DonaldsonMatrix) -> float:
-    """Largest share of light that leaves the surface again, for Russian roulette: of any band, luminescence included."""
+    """Largest share of light of any band that leaves the surface again, luminescence included, for Russian roulette."""
     return float(min(1.0, matrix.energy_yield().max()))

@@ -58,7 +58,9 @@ def padded(bands: int) -> int:
     return -(-bands // LANES) * LANES
 
 
-def spectral_tables(materials: Sequence[DonaldsonMatrix], lights: Sequence[NDArray[np.float64]]) -> SpectralTables:
+def spectral_tables(
+    materials: Sequence[DonaldsonMatrix], lights: Sequence[NDArray[np.float64]]
+) -> SpectralTables:
     """Lay out materials and lights, all on one wavelength grid, for the sweep.
 
     Parameters

@@ -52,7 +52,9 @@ class Tracer:
         Same seed, same paths, bit for bit, whatever the number of threads.
     """
 
-    def __init__(self, scene: TraceScene, settings: Settings, survival: NDArray[np.floating], seed: int) -> None:
+    def __init__(
+        self, scene: TraceScene, settings: Settings, survival: NDArray[np.floating], seed: int
+    ) -> None:
         self.scene = scene
         self.settings = settings
         self.seed = seed
@@ -107,12 +109,18 @@ class Tracer:
             sampler = mi.load_dict({"type": "independent"})
             sampler.seed(self._seed(started.chunk, len(segments)), n)
             buffers, state = self._launch(dr.arange(mi.UInt32, n), sampler, state, n)
-        return LightPaths(started.first_pixel, started.pixels, self.settings.spp, self.settings.rr_depth, tuple(segments))
+        return LightPaths(
+            started.first_pixel, started.pixels, self.settings.spp, self.settings.rr_depth, tuple(segments)
+        )
 
     def _seed(self, chunk: int, segment: int) -> Any:
-        return dr.opaque(mi.UInt32, int(np.random.SeedSequence((self.seed, chunk, segment)).generate_state(1)[0]))
+        return dr.opaque(
+            mi.UInt32, int(np.random.SeedSequence((self.seed, chunk, segment)).generate_state(1)[0])
+        )
 
-    def _launch(self, path: Any, sampler: Any, state: dict[str, Any], count: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _launch(
+        self, path: Any, sampler: Any, state: dict[str, Any], count: int
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Allocate the records of one segment and launch the kernel that fills them."""
         slots = -(-count // TILE) * TILE * SLOTS
         lights = 1 if self.one_light else slots
@@ -172,7 +180,9 @@ def _trace(
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * weight, 0.0)
         dr.scatter(buffers["sampled"], sampled, slot, active)
         if dr.hint(not tracer.one_light, mode="scalar"):
-            light = dr.gather(mi.UInt32, tracer.light_of_emitter, dr.reinterpret_array(mi.UInt32, emitter), seen)
+            light = dr.gather(
+                mi.UInt32, tracer.light_of_emitter, dr.reinterpret_array(mi.UInt32, emitter), seen
+            )
             dr.scatter(buffers["sampled_light"], light, slot, active)
 
         # The vertex: which material, and direct light by next-event estimation.
@@ -193,7 +203,12 @@ def _trace(
         dr.scatter(buffers["row"], row, slot, active)
         dr.scatter(buffers["direct"], direct, slot, active)
         if dr.hint(not tracer.one_light, mode="scalar"):
-            light = dr.gather(mi.UInt32, tracer.light_of_emitter, dr.reinterpret_array(mi.UInt32, ds.emitter), active & (ds.pdf > 0))
+            light = dr.gather(
+                mi.UInt32,
+                tracer.light_of_emitter,
+                dr.reinterpret_array(mi.UInt32, ds.emitter),
+                active & (ds.pdf > 0),
+            )
             dr.scatter(buffers["direct_light"], light, slot, active)
 
         # The next direction, from the cosine; roulette decides before the ray is traced.
@@ -217,7 +232,14 @@ def _trace(
         depth = dr.select(active, depth + 1, depth)
         active &= survives
 
-    for name, values in (("o", o), ("d", d), ("previous", previous), ("pdf", pdf), ("throughput", throughput), ("depth", depth)):
+    for name, values in (
+        ("o", o),
+        ("d", d),
+        ("previous", previous),
+        ("pdf", pdf),
+        ("throughput", throughput),
+        ("depth", depth),
+    ):
         dr.scatter(left[name], values, path, active)
     return length, active
 

@@ -17,7 +17,11 @@ __all__ = ["joinable", "join_meshes"]
 
 def joinable(shape: Any) -> bool:
     """Whether a built shape is a mesh that can become part of another: no light, normals as its triangles have them."""
-    return bool(shape.is_mesh() and not shape.is_emitter() and not shape.has_flipped_normals())
+    import mitsuba as mi
+
+    if not shape.is_mesh() or shape.is_emitter() or shape.has_flipped_normals():
+        return False
+    return "faces" in mi.traverse(shape)  # a `rectangle` says that it is a mesh, and has no triangles
 
 
 def join_meshes(meshes: Sequence[Any], name: str) -> Any:
@@ -39,11 +43,15 @@ def join_meshes(meshes: Sequence[Any], name: str) -> Any:
     parts = [mi.traverse(mesh) for mesh in meshes]
     smooth = bool(meshes[0].has_vertex_normals())
     first = np.cumsum([0] + [mesh.vertex_count() for mesh in meshes])
-    joined = mi.Mesh(name, int(first[-1]), sum(mesh.face_count() for mesh in meshes), has_vertex_normals=smooth)
+    joined = mi.Mesh(
+        name, int(first[-1]), sum(mesh.face_count() for mesh in meshes), has_vertex_normals=smooth
+    )
     joined.set_id(name)
     values = mi.traverse(joined)
     values["faces"] = mi.UInt32(
-        np.concatenate([np.array(part["faces"]) + start for part, start in zip(parts, first, strict=False)]).astype(np.uint32)
+        np.concatenate(
+            [np.array(part["faces"]) + start for part, start in zip(parts, first, strict=False)]
+        ).astype(np.uint32)
     )
     for key in ("vertex_positions", "vertex_normals") if smooth else ("vertex_positions",):
         values[key] = mi.Float(np.concatenate([np.array(part[key]) for part in parts]))

@@ -77,9 +77,13 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str])
             state = mi.parser.parse_file(config, str(source), **parameters)
         mi.parser.transform_all(config, state)
     except Exception as err:  # the parser raises bare RuntimeError, TypeError and others
-        raise SceneError(message("Mitsuba cannot read the scene", where=where, got=err, expected="a valid Mitsuba 3 scene")) from err
+        raise SceneError(
+            message("Mitsuba cannot read the scene", where=where, got=err, expected="a valid Mitsuba 3 scene")
+        ) from err
     if len(state.nodes) == 0 or kind(state.nodes[0]) != "Scene":
-        raise SceneError(message("this is not a scene", where=where, expected="a top-level element of type 'scene'"))
+        raise SceneError(
+            message("this is not a scene", where=where, expected="a top-level element of type 'scene'")
+        )
     return state
 
 
@@ -100,7 +104,11 @@ def kind(node: Any) -> str:
 def label(node: Any, index: int) -> str:
     """How messages name a node: its id if it has one, else its plugin and number."""
     name = node.props.id()
-    return f"'{name}' ({node.props.plugin_name()})" if name else f"{node.props.plugin_name()} (node {index}, without id)"
+    return (
+        f"'{name}' ({node.props.plugin_name()})"
+        if name
+        else f"{node.props.plugin_name()} (node {index}, without id)"
+    )
 
 
 def children(state: Any, index: int) -> Iterator[tuple[str, int]]:
@@ -131,5 +139,12 @@ def build(state: Any, index: int = 0) -> Any:
     except Exception as err:  # a missing mesh, a value out of range, ...
         node = part.nodes[0]
         where = "the scene" if kind(node) == "Scene" else f"{kind(node).lower()} {label(node, index)}"
-        raise SceneError(message("Mitsuba cannot build this", where=where, got=err, expected="what Mitsuba's own renderers accept")) from err
+        raise SceneError(
+            message(
+                "Mitsuba cannot build this",
+                where=where,
+                got=err,
+                expected="what Mitsuba's own renderers accept",
+            )
+        ) from err
     return built[0] if isinstance(built, list) else built

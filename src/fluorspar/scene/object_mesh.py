@@ -147,8 +147,8 @@ def _repaired(mesh: trimesh.Trimesh, path: Path) -> trimesh.Trimesh:
     if stray.any():
         dropped = stray[label]
         warnings.warn(
-            f"{path.name}: {int(stray.sum())} stray components with {int(dropped.sum())} of {len(mesh.faces)} triangles "
-            "are left out",
+            f"{path.name}: {int(stray.sum())} stray components with {int(dropped.sum())} of "
+            f"{len(mesh.faces)} triangles are left out",
             SceneNotice,
             stacklevel=4,
         )
@@ -156,8 +156,8 @@ def _repaired(mesh: trimesh.Trimesh, path: Path) -> trimesh.Trimesh:
         mesh.remove_unreferenced_vertices()
     if not mesh.is_watertight:
         warnings.warn(
-            f"{path.name} is not watertight: light gets in through the holes and is absorbed by the inner side, which is "
-            "black, so the object looks darker there than a closed one",
+            f"{path.name} is not watertight: light gets in through the holes and is absorbed by the inner "
+            "side, which is black, so the object looks darker there than a closed one",
             SceneNotice,
             stacklevel=4,
         )

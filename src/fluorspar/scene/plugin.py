@@ -149,9 +149,13 @@ def check_properties(names: set[str], label: str) -> None:
     )
 
 
-def material_of_spectra(name: str, reflectance: Spectrum, emission: Spectrum | None, excitation: Spectrum | None) -> Material:
+def material_of_spectra(
+    name: str, reflectance: Spectrum, emission: Spectrum | None, excitation: Spectrum | None
+) -> Material:
     """Make a material of the spectra a scene gives for a surface."""
     from fluorspar.spectral.material import Fluorophore
 
-    fluorophores = () if emission is None or excitation is None else (Fluorophore(emission, excitation, name=name),)
+    fluorophores = (
+        () if emission is None or excitation is None else (Fluorophore(emission, excitation, name=name),)
+    )
     return Material(name=name, reflectance=reflectance, fluorophores=fluorophores)

@@ -26,7 +26,9 @@ class SpatialVariation(SceneError):
     """A spectrum is not the same all over a surface."""
 
 
-def plugin_spectrum(state: Any, index: int, name: str, *, default: float, label: str, emissive: bool = False) -> Spectrum:
+def plugin_spectrum(
+    state: Any, index: int, name: str, *, default: float, label: str, emissive: bool = False
+) -> Spectrum:
     """Read the spectrum-valued property `name` of node `index`.
 
     Parameters
@@ -65,7 +67,14 @@ def plugin_spectrum(state: Any, index: int, name: str, *, default: float, label:
             return _tabulate(mi.load_dict({"type": "constant", "radiance": colour}), _MITSUBA_RANGE, label)
         return _tabulate(mi.load_dict(colour), _MITSUBA_RANGE, label)
     if found != types.ResolvedReference:
-        raise SceneError(message(f"property '{name}' is not a spectrum", where=label, got=str(found), expected="a number, spectrum or texture"))
+        raise SceneError(
+            message(
+                f"property '{name}' is not a spectrum",
+                where=label,
+                got=str(found),
+                expected="a number, spectrum or texture",
+            )
+        )
     child = props[name].index()
     plugin = state.nodes[child].props.plugin_name()
     if plugin == "blackbody":

@@ -18,6 +18,7 @@ __all__ = ["SPECTRUM_VARIANT", "TRACE_VARIANTS", "configure_llvm", "find_llvm", 
 TRACE_VARIANTS = {"llvm": "llvm_ad_mono", "cuda": "cuda_ad_mono"}
 # Spectra of Mitsuba plugins are read in this one: it evaluates them at any wavelength.
 SPECTRUM_VARIANT = "scalar_spectral"
+OLDEST_LLVM = 16
 
 
 def find_llvm() -> Path | str | None:
@@ -47,10 +48,30 @@ def configure_llvm() -> None:
     """Point Dr.Jit to a working LLVM, unless the user has set `DRJIT_LIBLLVM_PATH`.
 
     Old system libraries (LLVM 14, 15) abort the process on processors with AVX-512, so the one
-    that came as a package is preferred. Must run before the first LLVM variant is set.
+    that came as a package is preferred. Without effect once Dr.Jit is imported: that loads LLVM.
     """
-    if "DRJIT_LIBLLVM_PATH" not in os.environ and isinstance(path := find_llvm(), Path):
+    if (
+        "DRJIT_LIBLLVM_PATH" not in os.environ
+        and "drjit" not in sys.modules
+        and isinstance(path := find_llvm(), Path)
+    ):
         os.environ["DRJIT_LIBLLVM_PATH"] = str(path)
+
+
+def _check_llvm() -> None:
+    """Refuse an LLVM that may abort the process, as happens where Mitsuba was imported before it could be chosen."""
+    import drjit as dr
+
+    loaded = dr.detail.llvm_version()[0]
+    if 0 <= loaded < OLDEST_LLVM:
+        raise RendererError(
+            message(
+                f"Dr.Jit has loaded LLVM {loaded}, which aborts Python on some processors",
+                expected=f"LLVM {OLDEST_LLVM} or later",
+                fix="use Fluorspar (load_scene, say) before importing mitsuba or drjit, or start Python with "
+                f"DRJIT_LIBLLVM_PATH={find_llvm()}",
+            )
+        )
 
 
 @contextmanager
@@ -68,6 +89,8 @@ def use_variant(name: str) -> Iterator[None]:
     import mitsuba as mi
 
     before = mi.variant()
+    if name.startswith("llvm"):
+        _check_llvm()
     try:
         mi.set_variant(name)
     except ImportError as err:
@@ -80,7 +103,12 @@ def use_variant(name: str) -> Iterator[None]:
             "cuda": "use variant 'llvm', or install an NVIDIA driver of version 535 or later",
         }.get(backend, "choose one of Mitsuba's variants")
         raise RendererError(
-            message(f"Mitsuba variant '{name}' does not start", got=err, expected=f"one of {', '.join(mi.variants())}", fix=fix)
+            message(
+                f"Mitsuba variant '{name}' does not start",
+                got=err,
+                expected=f"one of {', '.join(mi.variants())}",
+                fix=fix,
+            )
         ) from err
     try:
         yield

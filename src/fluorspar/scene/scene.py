@@ -43,11 +43,22 @@ class Settings:
     rr_depth: int = 5
 
     def __post_init__(self) -> None:
-        for name, low, high in (("width", 1, 65_536), ("height", 1, 65_536), ("spp", 1, 2**22), ("rr_depth", 1, 2**31 - 1)):
+        for name, low, high in (
+            ("width", 1, 65_536),
+            ("height", 1, 65_536),
+            ("spp", 1, 2**22),
+            ("rr_depth", 1, 2**31 - 1),
+        ):
             if not low <= getattr(self, name) <= high:
-                raise OptionError(message(f"{name} is out of range", got=getattr(self, name), expected=f"{low} to {high}"))
+                raise OptionError(
+                    message(f"{name} is out of range", got=getattr(self, name), expected=f"{low} to {high}")
+                )
         if self.max_depth != UNLIMITED and self.max_depth < 1:
-            raise OptionError(message("max_depth is out of range", got=self.max_depth, expected="1 or more, or -1 for unlimited"))
+            raise OptionError(
+                message(
+                    "max_depth is out of range", got=self.max_depth, expected="1 or more, or -1 for unlimited"
+                )
+            )
 
 
 @dataclass(frozen=True)
@@ -82,7 +93,9 @@ class Scene:
 
     def __repr__(self) -> str:
         s = self.settings
-        lines = [f"<Scene '{self.name}': {s.width} x {s.height} pixels, {s.spp} samples, max_depth {s.max_depth}, rr_depth {s.rr_depth}>"]
+        lines = [
+            f"<Scene '{self.name}': {s.width} x {s.height} pixels, {s.spp} samples, max_depth {s.max_depth}, rr_depth {s.rr_depth}>"
+        ]
         lines += [f"  light    {light.name}: {light.plugin}, {light.unit}" for light in self.lights]
         for row, made in enumerate(self.materials):
             on = ", ".join(surface.name for surface in self.surfaces if row in (surface.front, surface.back))
@@ -91,7 +104,9 @@ class Scene:
 
     def with_settings(self, **changes: int | None) -> Scene:
         """Copy the scene with some settings changed; None leaves a setting as it is."""
-        return replace(self, settings=replace(self.settings, **{k: v for k, v in changes.items() if v is not None}))
+        return replace(
+            self, settings=replace(self.settings, **{k: v for k, v in changes.items() if v is not None})
+        )
 
     def with_whole_samples(self) -> Scene:
         """Copy the scene with as many samples as its sampler can do: some need a square or a power of two.
@@ -110,7 +125,11 @@ class Scene:
             spp = int(sampler.sample_count())
         if spp != self.settings.spp:
             plugin = self.nodes.nodes[index].props.plugin_name()
-            warnings.warn(f"the sampler '{plugin}' takes {spp} samples instead of {self.settings.spp}", SceneNotice, stacklevel=3)
+            warnings.warn(
+                f"the sampler '{plugin}' takes {spp} samples instead of {self.settings.spp}",
+                SceneNotice,
+                stacklevel=3,
+            )
         return self.with_settings(spp=spp)
 
 
@@ -166,7 +185,9 @@ def load_scene(
         state = parse_scene(read, values)
         settings = _settings(state)
         table = read_surfaces(state, base=base, overrides=materials or {}, matte=matte)
-    return Scene(name, tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, state, base)
+    return Scene(
+        name, tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, state, base
+    )
 
 
 def sensor_node(state: Any) -> int:
@@ -174,11 +195,21 @@ def sensor_node(state: Any) -> int:
     sensors = [index for _, index in children(state, 0) if kind(state.nodes[index]) == "Sensor"]
     supported = ("perspective", "thinlens", "orthographic")
     if not sensors:
-        raise SceneError(message("the scene has no camera", expected=f"a sensor, one of {', '.join(supported)}", fix="add a sensor to the scene"))
+        raise SceneError(
+            message(
+                "the scene has no camera",
+                expected=f"a sensor, one of {', '.join(supported)}",
+                fix="add a sensor to the scene",
+            )
+        )
     node = state.nodes[sensors[0]]
     if node.props.plugin_name() not in supported:
         raise SceneError(
-            message(f"sensor '{node.props.plugin_name()}' is not supported", where=label(node, sensors[0]), expected=f"one of {', '.join(supported)}")
+            message(
+                f"sensor '{node.props.plugin_name()}' is not supported",
+                where=label(node, sensors[0]),
+                expected=f"one of {', '.join(supported)}",
+            )
         )
     return sensors[0]
 
@@ -190,7 +221,9 @@ def film_node(state: Any) -> int | None:
 
 def sampler_node(state: Any) -> int | None:
     """Index of the sampler of the first sensor, if the scene gives one."""
-    return next((i for _, i in children(state, sensor_node(state)) if kind(state.nodes[i]) == "Sampler"), None)
+    return next(
+        (i for _, i in children(state, sensor_node(state)) if kind(state.nodes[i]) == "Sampler"), None
+    )
 
 
 def _settings(state: Any) -> Settings:
@@ -208,9 +241,14 @@ def _settings(state: Any) -> Settings:
             width = int(props.get("crop_width", props.get("width", 768)))
             height = int(props.get("crop_height", props.get("height", 576)))
             for _, child in children(state, index):
-                if kind(state.nodes[child]) == "ReconstructionFilter" and state.nodes[child].props.plugin_name() != "box":
+                if (
+                    kind(state.nodes[child]) == "ReconstructionFilter"
+                    and state.nodes[child].props.plugin_name() != "box"
+                ):
                     warnings.warn(
-                        f"the pixel filter '{state.nodes[child].props.plugin_name()}' is replaced by a box", SceneNotice, stacklevel=2
+                        f"the pixel filter '{state.nodes[child].props.plugin_name()}' is replaced by a box",
+                        SceneNotice,
+                        stacklevel=2,
                     )
     max_depth, rr_depth = UNLIMITED, 5
     for _, index in children(state, 0):
@@ -222,9 +260,15 @@ def _settings(state: Any) -> Settings:
         if props.plugin_name() == "direct":
             max_depth = 2
         elif props.plugin_name() != "path":
-            warnings.warn(f"the integrator '{props.plugin_name()}' is replaced by Fluorspar's own", SceneNotice, stacklevel=2)
+            warnings.warn(
+                f"the integrator '{props.plugin_name()}' is replaced by Fluorspar's own",
+                SceneNotice,
+                stacklevel=2,
+            )
         if props.get("hide_emitters", False):
             warnings.warn(
-                "hide_emitters is ignored: lights seen directly are component 'source', which can be left out", SceneNotice, stacklevel=2
+                "hide_emitters is ignored: lights seen directly are component 'source', which can be left out",
+                SceneNotice,
+                stacklevel=2,
             )
     return Settings(width, height, spp, max_depth, rr_depth)

@@ -12,7 +12,12 @@ from typing import Any
 from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, SceneNotice, message
 from fluorspar.scene.nodes import build, children, kind, label
 from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, check_properties, material_of_spectra
-from fluorspar.scene.plugin_spectra import SpatialVariation, average_light, average_reflectance, plugin_spectrum
+from fluorspar.scene.plugin_spectra import (
+    SpatialVariation,
+    average_light,
+    average_reflectance,
+    plugin_spectrum,
+)
 from fluorspar.spectral.library import material
 from fluorspar.spectral.material import Material
 from fluorspar.spectral.spectrum import Spectrum
@@ -72,7 +77,9 @@ class SurfaceTable:
     surfaces: list[Surface] = field(default_factory=list)
 
 
-def read_surfaces(state: Any, *, base: Path, overrides: Mapping[str, str | Path | Material], matte: bool) -> SurfaceTable:
+def read_surfaces(
+    state: Any, *, base: Path, overrides: Mapping[str, str | Path | Material], matte: bool
+) -> SurfaceTable:
     """Find the material rows and light rows of all shapes of a parsed scene.
 
     Parameters
@@ -97,7 +104,9 @@ def read_surfaces(state: Any, *, base: Path, overrides: Mapping[str, str | Path 
 class _Reader:
     """Walks over the nodes once; each distinct BSDF becomes one row, however many shapes use it."""
 
-    def __init__(self, state: Any, base: Path, overrides: Mapping[str, str | Path | Material], matte: bool) -> None:
+    def __init__(
+        self, state: Any, base: Path, overrides: Mapping[str, str | Path | Material], matte: bool
+    ) -> None:
         self.state = state
         self.base = base
         self.overrides = dict(overrides)
@@ -116,7 +125,13 @@ class _Reader:
             if kind(node) == "Shape":
                 self.shape(index)
             elif kind(node) == "Volume" or kind(node) == "Medium":
-                raise SceneError(message("participating media are not supported", where=label(node, index), expected="surfaces only"))
+                raise SceneError(
+                    message(
+                        "participating media are not supported",
+                        where=label(node, index),
+                        expected="surfaces only",
+                    )
+                )
         for _, index in children(self.state, 0):
             if kind(self.state.nodes[index]) == "Emitter":
                 self.light(index, where="the scene")
@@ -127,15 +142,23 @@ class _Reader:
                 message(
                     f"no shape or BSDF has the id '{name}', which is to get a material",
                     expected=f"one of {', '.join(sorted(set(ids))) or '(the scene gives no ids)'}",
-                    fix=f"did you mean {' or '.join(close)}?" if close else "give the shape an id in the scene file",
+                    fix=f"did you mean {' or '.join(close)}?"
+                    if close
+                    else "give the shape an id in the scene file",
                 )
             )
         if not self.table.lights:
             raise SceneError(
-                message("the scene has no light", expected=f"an emitter, one of {', '.join(_LIGHTS)}", fix="add an emitter to the scene")
+                message(
+                    "the scene has no light",
+                    expected=f"an emitter, one of {', '.join(_LIGHTS)}",
+                    fix="add an emitter to the scene",
+                )
             )
         if not self.table.materials:
-            self.add(Material("black", Spectrum.constant(0.0, name="black")))  # lamps alone: a table has a row
+            self.add(
+                Material("black", Spectrum.constant(0.0, name="black"))
+            )  # lamps alone: a table has a row
         return self.table
 
     def shape(self, index: int) -> None:
@@ -143,7 +166,12 @@ class _Reader:
         where = f"shape {label(node, index)}"
         if node.props.plugin_name() in _NOT_A_SURFACE:
             raise SceneError(
-                message(f"'{node.props.plugin_name()}' is not supported", where=where, expected="plain shapes", fix="write the copies out as shapes")
+                message(
+                    f"'{node.props.plugin_name()}' is not supported",
+                    where=where,
+                    expected="plain shapes",
+                    fix="write the copies out as shapes",
+                )
             )
         bsdf, light = None, NO_LIGHT
         for _, child in children(self.state, index):
@@ -152,7 +180,9 @@ class _Reader:
             elif kind(self.state.nodes[child]) == "Emitter":
                 light = self.light(child, where=where)
             elif kind(self.state.nodes[child]) == "Medium":
-                raise SceneError(message("participating media are not supported", where=where, expected="surfaces only"))
+                raise SceneError(
+                    message("participating media are not supported", where=where, expected="surfaces only")
+                )
         if (name := node.props.id()) in self.overrides:
             # Its own BSDF is not read: what it is does not matter, except whether it has a back.
             front = back = self.override(name)
@@ -168,7 +198,9 @@ class _Reader:
             return ABSORBS, ABSORBS  # in Mitsuba a lamp without a BSDF is black
         if bsdf is None:
             if self.default_row is None:
-                self.default_row = self.add(Material("default", Spectrum.constant(_DEFAULT_REFLECTANCE, name="default")))
+                self.default_row = self.add(
+                    Material("default", Spectrum.constant(_DEFAULT_REFLECTANCE, name="default"))
+                )
             return self.default_row, ABSORBS
         node = self.state.nodes[bsdf]
         if node.props.plugin_name() != "twosided":
@@ -192,7 +224,9 @@ class _Reader:
         self.unused.discard(name)
         if name not in self.row_of_override:
             chosen = self.overrides[name]
-            self.row_of_override[name] = self.add(chosen if isinstance(chosen, Material) else material(chosen))
+            self.row_of_override[name] = self.add(
+                chosen if isinstance(chosen, Material) else material(chosen)
+            )
         return self.row_of_override[name]
 
     def add(self, surface_material: Material) -> int:
@@ -223,7 +257,11 @@ class _Reader:
                     fix="replace it, or render it as a diffuse surface of its average reflectance with --matte (matte=True)",
                 )
             )
-        warnings.warn(f"{where} is rendered as a diffuse surface of its average reflectance", ApproximationWarning, stacklevel=2)
+        warnings.warn(
+            f"{where} is rendered as a diffuse surface of its average reflectance",
+            ApproximationWarning,
+            stacklevel=2,
+        )
         return Material(name, average_reflectance(self.state, index, name))
 
     def fluorescent(self, index: int, name: str, where: str) -> Material:
@@ -236,7 +274,9 @@ class _Reader:
         else:
             has_dye = "emission" in props
             reflectance, emission, excitation = (
-                self.spectrum(index, part, _DEFAULT_REFLECTANCE, f"{part} of {where}") if has_dye or part == "reflectance" else None
+                self.spectrum(index, part, _DEFAULT_REFLECTANCE, f"{part} of {where}")
+                if has_dye or part == "reflectance"
+                else None
                 for part in SPECTRA
             )
             assert reflectance is not None
@@ -254,9 +294,16 @@ class _Reader:
         if plugin in _LIGHTS:
             prop, default, unit = _LIGHTS[plugin]
             if plugin == "spot" and "texture" in props:
-                raise SceneError(message("a spot light with a texture is not supported", where=f"light {label(node, index)} of {where}"))
+                raise SceneError(
+                    message(
+                        "a spot light with a texture is not supported",
+                        where=f"light {label(node, index)} of {where}",
+                    )
+                )
             try:
-                spectrum = plugin_spectrum(self.state, index, prop, default=default, label=f"{prop} of light '{name}'", emissive=True)
+                spectrum = plugin_spectrum(
+                    self.state, index, prop, default=default, label=f"{prop} of light '{name}'", emissive=True
+                )
             except SpatialVariation:
                 if not self.matte:
                     raise
@@ -269,14 +316,27 @@ class _Reader:
                     f"light '{plugin}' is not supported",
                     where=f"light {label(node, index)} of {where}",
                     expected=f"one of {', '.join(_LIGHTS)}",
-                    fix="use --matte (matte=True) for a constant light of its average" if plugin in _AVERAGED_ENVIRONMENTS else "replace it",
+                    fix="use --matte (matte=True) for a constant light of its average"
+                    if plugin in _AVERAGED_ENVIRONMENTS
+                    else "replace it",
                 )
             )
         if (spectrum.values < 0).any():
-            raise SceneError(message("a light is negative", where=f"light '{name}'", got=float(spectrum.values.min()), expected=">= 0"))
+            raise SceneError(
+                message(
+                    "a light is negative",
+                    where=f"light '{name}'",
+                    got=float(spectrum.values.min()),
+                    expected=">= 0",
+                )
+            )
         self.table.lights.append(Light(name, plugin, spectrum, unit, index))
         return len(self.table.lights) - 1
 
     def average(self, index: int, name: str) -> Spectrum:
-        warnings.warn(f"light '{name}' is rendered with its average radiance everywhere", ApproximationWarning, stacklevel=2)
+        warnings.warn(
+            f"light '{name}' is rendered with its average radiance everywhere",
+            ApproximationWarning,
+            stacklevel=2,
+        )
         return average_light(self.state, index, f"light '{name}'")

@@ -63,7 +63,11 @@ def build_trace_scene(scene: Scene) -> TraceScene:
         props = nodes[light.node].props
         if light.plugin not in ("area", "constant", "point", "spot", "directional"):
             _replace(props, "constant")
-        props[{"point": "intensity", "spot": "intensity", "directional": "irradiance"}.get(props.plugin_name(), "radiance")] = 1.0
+        props[
+            {"point": "intensity", "spot": "intensity", "directional": "irradiance"}.get(
+                props.plugin_name(), "radiance"
+            )
+        ] = 1.0
         props.set_id(f"light-{light.node}")
     for surface in scene.surfaces:
         props = nodes[surface.node].props
@@ -83,7 +87,9 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     shapes = [_Rows(shape, [surface_of_id[shape.id()]]) for shape in built.shapes()]
     joined = _join(shapes)
     if len(joined) < len(shapes):
-        lights = [emitter for emitter in built.emitters() if scene.lights[row_of_id[emitter.id()]].plugin != "area"]
+        lights = [
+            emitter for emitter in built.emitters() if scene.lights[row_of_id[emitter.id()]].plugin != "area"
+        ]
         parts = [*lights, *(part.shape for part in joined)]
         # A key becomes the id of what it holds, and ids say which light is which.
         named = {part.id(): part for part in parts}
@@ -104,7 +110,9 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     light_of_emitter = np.zeros(max(p for p, _ in emitters) + 1, dtype=np.uint32)
     for pointer, row in emitters:
         light_of_emitter[pointer] = row
-    return TraceScene(built, sensor, sampler, first_row, per_primitive, np.concatenate(rows), light_of_emitter)
+    return TraceScene(
+        built, sensor, sampler, first_row, per_primitive, np.concatenate(rows), light_of_emitter
+    )
 
 
 @dataclass(frozen=True)
@@ -126,10 +134,18 @@ def _join(shapes: list[_Rows]) -> list[_Rows]:
     """Join plain meshes, those with and those without vertex normals apart."""
     kept = [part for part in shapes if not joinable(part.shape)]
     for smooth in (False, True):
-        group = [part for part in shapes if joinable(part.shape) and part.shape.has_vertex_normals() == smooth]
+        group = [
+            part for part in shapes if joinable(part.shape) and part.shape.has_vertex_normals() == smooth
+        ]
         if len(group) > 1:
             mesh = join_meshes([part.shape for part in group], f"joined-{'smooth' if smooth else 'flat'}")
-            group = [_Rows(mesh, [part.surfaces[0] for part in group], tuple(part.shape.face_count() for part in group))]
+            group = [
+                _Rows(
+                    mesh,
+                    [part.surfaces[0] for part in group],
+                    tuple(part.shape.face_count() for part in group),
+                )
+            ]
         kept += group
     return kept
 
@@ -155,7 +171,13 @@ def _set_film(state: Any, scene: Scene) -> None:
     size = {"width": scene.settings.width, "height": scene.settings.height}
     if film is None:
         sensor = state.nodes[sensor_node(state)].props
-        raise OptionError(message("the camera has no film", where=sensor.id() or sensor.plugin_name(), expected="a film with width and height"))
+        raise OptionError(
+            message(
+                "the camera has no film",
+                where=sensor.id() or sensor.plugin_name(),
+                expected="a film with width and height",
+            )
+        )
     props = state.nodes[film].props
     for key, child in list(children(state, film)):
         if kind(state.nodes[child]) == "ReconstructionFilter":

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 _TURNS = 200
 _SETTLED = 1e-5  # relative change of the misfit
+_RIDGE = 1e-3  # of the weight the best-known number has: what no cell says anything about becomes 0
 _DEEP = 0.15  # of the highest value: a minimum that separates two lobes
 _ROUNDS = 10  # of the search for the weight of the curvature: a factor of 10 / 2**10 decades
 
@@ -196,12 +197,13 @@ class Problem:
     def smooth(self, factors: Factors, *, cautious: bool = False) -> Factors:
         """Return the smoothest factors the noise allows.
 
-        The true factors miss the data by more than the best fit does, on average by one unit of misfit per free number.
+        The true factors miss the data by more than the best fit does, on average by one unit of misfit per free number (one that is not 0).
         So the curvature is penalised until the misfit has grown by that much; if `cautious`, times the mean misfit of a
-        cell where that is more than one, as if all of it were noise.
+        cell, from 1 to 4, as if all of it were noise.
         """
-        per_number = max(1.0, factors.misfit / np.count_nonzero(self.weight)) if cautious else 1.0
-        allowed = factors.misfit + per_number * factors.rank * (sum(self.cells.shape) - 1)
+        per_number = np.clip(factors.misfit / np.count_nonzero(self.weight), 1.0, 4.0) if cautious else 1.0
+        free = np.count_nonzero(factors.emission) + np.count_nonzero(factors.excitation) - factors.rank
+        allowed = factors.misfit + per_number * free
         low, high = -2.0, 8.0  # log10 of the weight of the penalty
         best = factors
         for _ in range(_ROUNDS):
@@ -252,12 +254,13 @@ def _solve(normal: Array, right: Array, penalty: Array, is_open: NDArray[np.bool
 
     k, n = right.shape
     for term in range(k):
-        normal[term, :, term, :] += penalty
+        ridge = _RIDGE * np.einsum("nn->n", normal[term, :, term, :]).max()
+        normal[term, :, term, :] += penalty + ridge * np.eye(n)
     free = is_open.ravel()
     matrix = normal.reshape(k * n, k * n)[np.ix_(free, free)]
     scale = np.sqrt(np.maximum(np.diag(matrix), 1e-9 * np.diag(matrix).max(initial=0.0) + 1e-300))
     matrix = matrix / np.outer(scale, scale)
-    upper = cholesky(matrix + 1e-7 * np.eye(len(matrix)))  # the ridge settles numbers no cell depends on
+    upper = cholesky(matrix + 1e-9 * np.eye(len(matrix)))
     target = solve_triangular(upper, right.ravel()[free] / scale, trans="T")
     found = np.zeros(k * n)
     found[free] = nnls(upper, target, maxiter=20 * k * n)[0] / scale

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ MOST_TERMS = 3
 """More terms than this are never chosen; more can be asked for."""
 
 _MORE_THAN_NOISE = 3.0  # how many times more than the same term finds in pure noise
+_LEAST_PART = 0.01  # of the sum of squares of the luminescent part
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +41,14 @@ class RankChoice:
 def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None = None) -> RankChoice:
     """Count the fluorophores the data call for.
 
-    A further term is accepted if it lowers the misfit three times more than one term does among the cells above the
-    diagonal, where there is nothing to find but noise. That takes the true noise as the measure, however it is
-    correlated. Terms are as smooth as the first one may be: noise of single columns is not. Lobes of a spectrum that explain
-    less than a term does in noise are dropped.
+    A term is accepted if it lowers the misfit three times more than one term does among the cells above the diagonal,
+    where there is nothing to find but noise; that takes the true noise as the measure, however it is correlated. A
+    further term must also explain 1 % of the luminescent part (10 % in amplitude): below that are the instrument's
+    errors of shape, which are not noise, but no dye either. Lobes of an excitation spectrum that explain less than a
+    term does in noise are dropped.
+
+    Terms are counted, not dyes: if one dye emits only at shorter wavelengths than another is excited at, one
+    product of spectra serves for both.
 
     Parameters
     ----------
@@ -75,12 +80,11 @@ def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None =
     least = _MORE_THAN_NOISE * max(noise_gain, sum(measured.cells.shape))
     gains: list[float] = []
     factors = problem.nothing()
+    part = _LEAST_PART * factors.misfit
     while len(gains) < (MOST_TERMS if rank is None else rank):
-        grown = problem.grow(factors)
-        if not gains:
-            grown = problem.smooth(grown, cautious=True)
+        grown = problem.grow(replace(factors, curvature=0.0))
         gains.append(factors.misfit - grown.misfit)
-        if rank is None and gains[-1] < least:
+        if rank is None and gains[-1] < max(least, part if factors.rank else 0.0):
             break
-        factors = grown
+        factors = problem.smooth(grown, cautious=True)
     return RankChoice(problem.prune(factors, least / _MORE_THAN_NOISE), tuple(gains), float(noise_gain))

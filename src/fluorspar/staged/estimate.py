@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fluorspar
-from fluorspar.errors import ApproximationWarning
+from fluorspar.errors import ApproximationWarning, FluorsparWarning
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.scene.scene import UNLIMITED, Scene
@@ -184,24 +184,33 @@ class _Staged:
         objects = self.objects() if self.bounces else []
         names = COMPONENTS if self.bounces > 1 else SINGLE_BOUNCE
         repeats = self.options.repeats
-        mean: Array | None = None
-        totals = []
+        mean = np.zeros(0, dtype=np.float32)
+        totals: list[NDArray[np.float32]] = []
         for repeat in range(repeats):
-            components = self.repeat(repeat, objects)[: len(names)]
-            mean = components / repeats if mean is None else mean + components / repeats
+            try:
+                components = self.repeat(repeat, objects)[: len(names)]
+            except KeyboardInterrupt:
+                if not totals:
+                    raise
+                warnings.warn(
+                    f"interrupted: {len(totals)} of {repeats} repeats are finished",
+                    FluorsparWarning,
+                    stacklevel=3,
+                )
+                break
+            mean = mean + components if totals else components
             totals.append(total(list(components)).astype(np.float32))
-        error = None
-        if repeats > 1:
-            error = np.std(totals, axis=0, ddof=1) / math.sqrt(repeats)
-        assert mean is not None
+        done = len(totals)
+        mean /= done
+        error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
         attrs: dict[str, Any] = {
             "version": fluorspar.__version__,
             "method": "staged",
-            "spp": self.sampling.samples * repeats,
+            "spp": self.sampling.samples * done,
             "seed": self.seed,
             "max_depth": self.depth,
             "rr_depth": self.scene.settings.rr_depth,
-            "repeats": repeats,
+            "repeats": done,
             "stokes": self.matrices[0].stokes,
             "single_bounce": int(len(names) == len(SINGLE_BOUNCE)),
             "scene": self.scene.name,
@@ -247,15 +256,16 @@ class _Staged:
         samples = max(1, self.options.patch_samples // 4)
         cut, error = refine(array, self.matrices[array.row], probe, tolerance=tolerance, samples=samples)
         if error > tolerance:
+            name = self.scene.surfaces[array.surface].name
             warnings.warn(
-                f"'{self.scene.surfaces[array.surface].name}': with {len(cut)} emitters, the most there may be, the "
+                f"'{name}': with {len(cut)} emitters, the most there may be, the "
                 f"estimated error is {error:.3g}, above the tolerance of {tolerance:g}",
                 ApproximationWarning,
                 stacklevel=2,
             )
         return cut
 
-    def repeat(self, repeat: int, objects: Sequence[_Object]) -> Array:
+    def repeat(self, repeat: int, objects: Sequence[_Object]) -> NDArray[np.float32]:
         """Components 0 to 6 from one set of seeds, ndarray of shape (7, Y, X, N)."""
         seeds = seeds_of(self.seed, repeat, count=self.sampling.passes)
         views = views_of(self.base, self.sampling, seeds, self.fluorescent)
@@ -284,7 +294,9 @@ class _Staged:
                 self.kept.image(f"E_I {name}", light_i[row])
         y5, y6 = self.mutual(repeat, objects, views, spare)
         y3 = indirect_reflection(everything.image, direct.image)
-        return np.stack([source.image, direct.image, y2, y3, y4, y5, y6])
+        return np.stack(
+            [source.image, direct.image, y2, y3, y4, y5, y6], dtype=np.float32, casting="same_kind"
+        )
 
     def picture(
         self,
@@ -299,7 +311,7 @@ class _Staged:
             scene, albedo, self.reflectance, emission, views, groups, max_depth=depth, tick=self.tick
         )
 
-    def luminesced(self, light: dict[int, Array], views: Views) -> Array:
+    def luminesced(self, light: Mapping[int, NDArray[np.floating]], views: Views) -> Array:
         """What the materials the camera sees make of the light that falls on them (Eqs. 7 and 9)."""
         y = np.zeros((*views.edge.shape, len(self.grid)))
         for row, illumination in light.items():

@@ -23,6 +23,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Pixels = NDArray[np.float32]  # an image of many bands is large
 _LARGEST_SIDE = 4096  # of a film with one sample per small pixel
 Tick = Callable[[], None]
 
@@ -132,8 +133,8 @@ class Layers:
         the pixel it fills.
     """
 
-    image: Array
-    light: dict[int, Array] = field(default_factory=dict)
+    image: Pixels
+    light: dict[int, Pixels] = field(default_factory=dict)
 
     def __sub__(self, other: Layers) -> Layers:
         return Layers(self.image - other.image, {row: e - other.light[row] for row, e in self.light.items()})
@@ -171,8 +172,8 @@ def render_bands(
     """
     height, width = views.edge.shape
     bands, a = albedo.shape[1], views.sampling.scale
-    image = np.zeros((height * width, bands))
-    light = {row: np.zeros((height * width, bands)) for row in views.seen[0]}
+    image = np.zeros((height * width, bands), dtype=np.float32)
+    light = {row: np.zeros((height * width, bands), dtype=np.float32) for row in views.seen[0]}
     share = 1.0 / views.sampling.samples
     offers = scene if isinstance(scene, OffersIrradiance) else None
     if offers:
@@ -182,7 +183,8 @@ def render_bands(
             options = {"max_depth": max_depth, "seed": seed, "scale": a}
             small = scene.render(albedo[:, group], emission[:, group], **options)
             blocks = small.reshape(height, a, width, a, len(group))
-            image[:, group] += share * blocks.sum(axis=(1, 3), dtype=np.float64).reshape(-1, len(group))
+            summed = blocks.sum(axis=(1, 3), dtype=np.float64).reshape(-1, len(group))
+            image[:, group] += (share * summed).astype(np.float32)
             if offers and max_depth == 1:
                 tick()
                 continue  # at this depth nothing is illuminated yet
@@ -194,9 +196,11 @@ def render_bands(
                     found = share * np.bincount(pixel, flat[at, k], minlength=height * width)
                     if not offers:
                         # where S is too small, the image was rendered with a larger albedo
-                        image[:, band] -= (1 - reflectance[row, band] / albedo[row, band]) * found
+                        excess = 1 - reflectance[row, band] / albedo[row, band]
+                        if excess > 0:
+                            image[:, band] -= (excess * found).astype(np.float32)
                         found /= albedo[row, band]
-                    light[row][:, band] += found
+                    light[row][:, band] += found.astype(np.float32)
             tick()
     shape = (height, width, bands)
     return Layers(image.reshape(shape), {row: e.reshape(shape) for row, e in light.items()})

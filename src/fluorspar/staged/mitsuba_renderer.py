@@ -329,7 +329,7 @@ def _rows_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> ND
         sides = (surface.front, surface.back)
         if array is not None and array.back and shape.id() not in surfaces:
             sides = sides[::-1]
-        found.append((int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]), sides))
+        found.append((int(np.array(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))).item()), sides))
     rows = np.full((max((pointer for pointer, _ in found), default=0) + 1, 2), -1, dtype=np.int64)
     for pointer, sides in found:
         rows[pointer] = sides

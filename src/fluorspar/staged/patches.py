@@ -51,7 +51,7 @@ class EmitterArray:
     @cached_property
     def areas(self) -> Array:
         """Areas of the pieces of the true surface, ndarray of shape (K,)."""
-        return np.bincount(self.patch, self.mesh.areas, minlength=len(self))
+        return np.bincount(self.patch, self.mesh.areas, minlength=len(self)).astype(np.float64)
 
     @cached_property
     def gain(self) -> Array:
@@ -101,7 +101,8 @@ def planar_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
 
     Examples
     --------
-    >>> square = TriangleMesh(np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]]))
+    >>> corners = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0.0]])
+    >>> square = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
     >>> planar_patches(square, 2).areas
     array([1., 1., 1., 1.])
     """

@@ -49,14 +49,16 @@ def timing_table(timings: Mapping[str, float]) -> str:
 
     Examples
     --------
-    >>> print(timing_table({"component 1": 1.0, "components 1 and 3": 2.5, "total": 3.5, "component 1, seconds": 4.0}))
+    >>> timings = {"component 1": 1.0, "components 1 and 3": 2.5, "total": 3.5}
+    >>> print(timing_table(timings | {"component 1, seconds": 4.0}))
     component 1              1.00  (4.0 s)
     components 1 and 3       2.50
     total                    3.50
     """
+    width = max(22, 1 + max(len(name) for name in timings))
     lines = []
     for name, value in timings.items():
         if name != _SECONDS:
             seconds = f"  ({timings[_SECONDS]:.1f} s)" if name == FIRST and _SECONDS in timings else ""
-            lines.append(f"{name:<22}{value:>7.2f}{seconds}")
+            lines.append(f"{name:<{width}}{value:>7.2f}{seconds}")
     return "\n".join(lines)

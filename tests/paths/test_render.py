@@ -1,0 +1,279 @@
+"""From scene to image with the one-pass method: depths, overflow, chunks, interruption."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fluorspar import (
+    COMPONENTS,
+    Fluorophore,
+    Material,
+    Scene,
+    SpectralImage,
+    Spectrum,
+    Wavelengths,
+    load_scene,
+    render,
+)
+from fluorspar.errors import FluorsparWarning, OptionError
+from fluorspar.paths.light_paths import SLOTS, LightPaths
+from fluorspar.scene.renderer import TRACE_VARIANTS, use_variant
+from fluorspar.scene.trace_scene import build_trace_scene
+
+GRID = Wavelengths(400, 700, 20)
+DYE = Material(
+    "dye",
+    Spectrum.constant(0.5),
+    (Fluorophore(Spectrum([460, 540, 640], [0, 0.4, 0]), Spectrum([400, 480, 560], [0, 1, 0])),),
+)
+
+
+def furnace(
+    folder: Path, *, width: int = 9, height: int = 7, spp: int = 16, max_depth: int = -1, rr_depth: int = 5
+) -> Scene:
+    """A closed cube that emits 1 everywhere; seen from inside."""
+    (folder / "scene.xml").write_text(
+        f"""<scene version="3.0.0"> <integrator type="path"> <integer name="max_depth" value="{max_depth}"/>
+        <integer name="rr_depth" value="{rr_depth}"/> </integrator>
+        <sensor type="perspective"> <film type="hdrfilm"> <integer name="width" value="{width}"/>
+        <integer name="height" value="{height}"/> <rfilter type="box"/> </film>
+        <sampler type="independent"> <integer name="sample_count" value="{spp}"/> </sampler> </sensor>
+        <shape type="cube" id="cavity"> <boolean name="flip_normals" value="true"/>
+        <emitter type="area"> <spectrum name="radiance" value="1"/> </emitter> </shape> </scene>"""
+    )
+    return load_scene(folder / "scene.xml", materials={"cavity": DYE})
+
+
+def traced(scene: Scene, seed: int = 0) -> LightPaths:
+    with use_variant(TRACE_VARIANTS["llvm"]):
+        from fluorspar.paths.trace import Tracer
+
+        tracer = Tracer(build_trace_scene(scene), scene.settings, np.full(len(scene.materials), 0.5), seed)
+        pixels = scene.settings.width * scene.settings.height
+        return tracer.finish(tracer.start(0, 0, pixels))
+
+
+class TestDepth:
+    @pytest.mark.parametrize(
+        ("max_depth", "present"),
+        [
+            (1, {"source"}),
+            (2, {"source", "direct_reflection", "direct_luminescence"}),
+            (3, set(COMPONENTS)),
+        ],
+    )
+    def test_what_a_depth_holds(self, max_depth: int, present: set[str], tmp_path: Path) -> None:
+        """As in Mitsuba: 1 is lamps seen directly, 2 adds direct light, 3 is one bounce more."""
+        image = render(furnace(tmp_path, max_depth=max_depth, rr_depth=100), wavelengths=GRID)
+        assert {name for name in COMPONENTS if image.component(name).values.any()} == present
+
+    @pytest.mark.parametrize("max_depth", [1, 2, 3, 5, SLOTS, SLOTS + 1, SLOTS + 2, 2 * SLOTS + 1, 100])
+    def test_number_of_vertices(self, max_depth: int, tmp_path: Path) -> None:
+        """Without roulette every path in a closed room has max_depth - 1 vertices, over as many records as it takes."""
+        paths = traced(furnace(tmp_path, width=3, height=3, spp=5, max_depth=max_depth, rr_depth=1000))
+        vertices = np.zeros(45, dtype=int)
+        index = np.arange(45)
+        for segment in paths.segments:
+            vertices[index] += segment.length
+            going_on = segment.child[: len(index)] >= 0
+            index = index[going_on]
+        assert (vertices == max_depth - 1).all()
+
+    def test_roulette_begins_at_its_depth(self, tmp_path: Path) -> None:
+        """Survival is recorded from vertex rr_depth - 1 on; with 0.5 per vertex from depth 1, half of the paths end each time."""
+        paths = traced(furnace(tmp_path, width=32, height=32, spp=16, rr_depth=4))
+        length = paths.segments[0].length
+        assert length.min() == 4
+        assert (length == 4).mean() == pytest.approx(1 - 0.5**4, abs=0.01)
+        assert (length[length > 4] == 5).mean() == pytest.approx(0.5, abs=0.05)
+
+    @pytest.mark.parametrize("rr_depth", [1, 2, 6, 1000])
+    def test_roulette_does_not_change_the_mean(self, rr_depth: int, tmp_path: Path) -> None:
+        """R of 20 scatterings is 1 + 0.5 + ... = 2 within 1e-6; here in the bands where the dye does nothing."""
+        image = render(
+            furnace(tmp_path, width=32, height=32, spp=64, max_depth=21, rr_depth=rr_depth), wavelengths=GRID
+        )
+        values = image.total().values[..., 0].astype(float)
+        assert abs(values.mean() - 2) < 4.5 * values.std() / 32
+        assert values.std() / 32 < 0.01
+
+
+class TestPixels:
+    """Which pixel is where, and that it does not matter how the work is divided."""
+
+    @staticmethod
+    def checks(folder: Path, spp: int = 8) -> Scene:
+        """An orthographic view of 5 x 4 lamps, one for each pixel, of radiance 1 (top left) to 20, in reading order."""
+        lamps = "".join(
+            f"""<shape type="rectangle"> <transform name="to_world"> <scale x="0.5" y="0.5"/>
+            <translate x="{x - 2}" y="{1.5 - y}"/> </transform> <emitter type="area">
+            <spectrum name="radiance" value="{1 + 5 * y + x}"/> </emitter> </shape>"""
+            for y in range(4)
+            for x in range(5)
+        )
+        (folder / "scene.xml").write_text(
+            f"""<scene version="3.0.0"> <sensor type="orthographic"> <transform name="to_world"> <scale x="2.5" y="2.5"/>
+            <lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/> </transform>
+            <film type="hdrfilm"> <integer name="width" value="5"/> <integer name="height" value="4"/> <rfilter type="box"/> </film>
+            <sampler type="independent"> <integer name="sample_count" value="{spp}"/> </sampler> </sensor> {lamps} </scene>"""
+        )
+        return load_scene(folder / "scene.xml")
+
+    @pytest.mark.parametrize("chunk", [8, 24, 56, 2**20])
+    def test_reading_order_whatever_the_chunks(
+        self, chunk: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """y = 0 is the top row, x goes to the right; chunks of 1, 3, 7 or all pixels; 20 lights, each its own row."""
+        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", chunk)
+        calls: list[tuple[int, int]] = []
+        image = render(self.checks(tmp_path), wavelengths=GRID, progress=lambda *done: calls.append(done))
+        expected = np.arange(1, 21, dtype=np.float32).reshape(4, 5)
+        assert np.array_equal(image.total().values, np.broadcast_to(expected[..., None], (4, 5, len(GRID))))
+        pixels = max(1, chunk // 8)
+        assert calls == [(min(20, n), 20) for n in range(pixels, 20 + pixels, pixels)]
+
+    def test_more_samples_than_a_chunk_holds(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 4)
+        assert render(self.checks(tmp_path, spp=8), wavelengths=GRID).total().values[3, 4, 0] == 20
+
+    def test_chunks_are_independent_samples(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Two chunks with the same random numbers would show the same pattern of noise twice."""
+        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 18)
+        values = render(furnace(tmp_path, width=6, height=6), wavelengths=GRID).total().values[..., 0]
+        assert not np.array_equal(values[:3], values[3:])
+        assert abs(np.corrcoef(values[:3].ravel(), values[3:].ravel())[0, 1]) < 0.9
+
+
+class TestErrors:
+    def test_errors_of_components_on_request(self, tmp_path: Path) -> None:
+        scene = furnace(tmp_path)
+        without, with_them = (
+            render(scene, wavelengths=GRID, component_errors=wanted) for wanted in (False, True)
+        )
+        assert "component_standard_error" not in without.dataset
+        assert np.array_equal(without.dataset["radiance"].values, with_them.dataset["radiance"].values)
+        np.testing.assert_allclose(
+            without.standard_error().values, with_them.standard_error().values, rtol=1e-3
+        )
+        errors = with_them.dataset["component_standard_error"].values
+        assert not errors[0].any(), "a lamp that fills the view has no noise"
+        assert (errors[1] > 0).all()
+
+    def test_error_goes_down_with_samples(self, tmp_path: Path) -> None:
+        few, many = (
+            render(furnace(tmp_path, width=16, height=16), spp=n, wavelengths=GRID)
+            .standard_error()
+            .values.mean()
+            for n in (64, 1024)
+        )
+        assert few / many == pytest.approx(4, rel=0.1)
+
+    def test_one_sample(self, tmp_path: Path) -> None:
+        image = render(furnace(tmp_path), spp=1, wavelengths=GRID)
+        assert np.isnan(image.standard_error().values).all()
+        assert np.isfinite(image.total().values).all()
+
+
+class TestOptions:
+    @pytest.mark.parametrize(
+        ("option", "told"),
+        [
+            ({"method": "magic"}, "no such method"),
+            ({"variant": "metal"}, "no such variant"),
+            ({"output": "picture.png"}, "NetCDF only"),
+            ({"wavelengths": "700:400:5"}, "ascend"),
+        ],
+    )
+    def test_bad_options(self, option: dict[str, Any], told: str, tmp_path: Path) -> None:
+        with pytest.raises(Exception, match=told):
+            render(furnace(tmp_path), **option)
+
+    @pytest.mark.parametrize("threads", [0, -1])
+    def test_bad_threads(self, threads: int, tmp_path: Path) -> None:
+        with pytest.raises(OptionError, match="threads"):
+            render(furnace(tmp_path), wavelengths=GRID, threads=threads)
+
+    def test_bad_stokes(self, tmp_path: Path) -> None:
+        with pytest.raises(Exception, match="Stokes"):
+            render(furnace(tmp_path), wavelengths=GRID, stokes="loose")  # type: ignore[arg-type]
+
+    def test_attributes(self, tmp_path: Path) -> None:
+        attrs = render(furnace(tmp_path), wavelengths=GRID, seed=5, stokes="strict").attrs
+        assert {key: attrs[key] for key in ("method", "spp", "seed", "max_depth", "rr_depth", "stokes")} == {
+            "method": "paths",
+            "spp": 16,
+            "seed": 5,
+            "max_depth": -1,
+            "rr_depth": 5,
+            "stokes": "strict",
+        }
+        assert "dye" in attrs["materials"]
+        assert "partial" not in attrs
+        assert attrs["timings"]["render"] > 0
+
+
+class TestInterrupted:
+    """Ctrl-C keeps what was finished and says that it is not all."""
+
+    @staticmethod
+    def stop(done: int, pixels: int) -> None:
+        if done >= 30:
+            raise KeyboardInterrupt
+
+    def check(self, image: SpectralImage) -> None:
+        assert image.dataset.attrs["partial"] == 1
+        total = image.total().values.reshape(63, -1)
+        assert np.isfinite(total[:30]).all()
+        assert np.isnan(total[30:]).all()
+        error = image.standard_error().values.reshape(63, -1)
+        assert np.isfinite(error[:30]).all()
+        assert np.isnan(error[30:]).all()
+
+    def test_in_memory(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 10)
+        whole = render(furnace(tmp_path), wavelengths=GRID, seed=3).total().values
+        with pytest.warns(FluorsparWarning, match="30 of 63 pixels"):
+            image = render(furnace(tmp_path), wavelengths=GRID, seed=3, progress=self.stop)
+        self.check(image)
+        assert np.array_equal(image.total().values.reshape(63, -1)[:30], whole.reshape(63, -1)[:30])
+
+    def test_streamed(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 10)
+        with pytest.warns(FluorsparWarning, match="30 of 63 pixels"):
+            render(furnace(tmp_path), wavelengths=GRID, progress=self.stop, output=tmp_path / "a.nc").close()
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            self.check(image)
+
+    def test_rendering_goes_on_after_it(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 10)
+        with pytest.warns(FluorsparWarning):
+            render(furnace(tmp_path), wavelengths=GRID, progress=self.stop)
+        assert np.isfinite(render(furnace(tmp_path), wavelengths=GRID).total().values).all()
+
+
+class TestStreaming:
+    def test_file_and_memory_are_the_same(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 10)
+        memory = render(furnace(tmp_path), wavelengths=GRID, component_errors=True)
+        with render(
+            furnace(tmp_path), wavelengths=GRID, component_errors=True, output=tmp_path / "a.nc"
+        ) as file:
+            for name in ("radiance", "standard_error", "component_standard_error"):
+                assert np.array_equal(memory.dataset[name].values, file.dataset[name].values), name
+
+    def test_a_failure_leaves_an_older_file_alone(self, tmp_path: Path) -> None:
+        target = tmp_path / "a.nc"
+        render(furnace(tmp_path), wavelengths=GRID, output=target).close()
+        before = target.read_bytes()
+
+        def fail(done: int, pixels: int) -> None:
+            raise RuntimeError("disk on fire")
+
+        with pytest.raises(RuntimeError, match="disk on fire"):
+            render(furnace(tmp_path), wavelengths=GRID, output=target, progress=fail)
+        assert target.read_bytes() == before
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["a.nc", "scene.xml"]
