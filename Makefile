@@ -7,6 +7,7 @@ READY := $(VENV)/.ready
 .PHONY: render test lint types bench clean
 
 render: $(READY)
+	mkdir -p out
 	$(BIN)/fluorspar render cornell-box -o out/cornell-box.nc -o out/cornell-box.exr -o out/cornell-box.png --pictures out/components
 
 test: lint types

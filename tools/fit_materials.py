@@ -10,13 +10,11 @@ published peak positions, the lamp of the Cornell box - stands in this file. A t
 from __future__ import annotations
 
 import argparse
-import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from fluorspar.errors import ExtrapolationWarning
 from fluorspar.spectral.bfc import read_bfc
 from fluorspar.spectral.dye import dye
 from fluorspar.spectral.fit_report import FitReport, report_fit
@@ -219,8 +217,7 @@ def dyes() -> list[Material]:
     """Dyes from published peak positions, on white."""
     shape = "excitation and emission are sums of bands that are Gaussian in wavenumber; "
     surface = "on a substrate of reflectance 0.85 at every wavelength"
-    warnings.simplefilter("ignore", ExtrapolationWarning)
-    return [
+    found = [
         dye(
             band([(491, 33, 1.0), (466, 38, 0.30), (320, 40, 0.10)], "excitation of fluorescein"),
             band([(514, 30, 1.0), (545, 45, 0.35)], "emission of fluorescein"),
@@ -255,6 +252,7 @@ def dyes() -> list[Material]:
             assumed=f"{shape}at its peak the dye absorbs 50 % of the light, {surface}",
         ),
     ]
+    return [replace(material, quality="an idealised dye: not fitted to a measured surface") for material in found]
 
 
 if __name__ == "__main__":

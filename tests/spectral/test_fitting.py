@@ -46,13 +46,14 @@ def errors(fit: MaterialFit, truth: Truth) -> tuple[float, float]:
 
 
 def test_without_noise_the_spectra_come_back():
+    """To 0.5 %: a ridge of 1e-3 holds down what the cells do not determine."""
     truth = random_sample(1, 0)
     fit = fit_material(truth.measured(0, noise=0.0), smooth=False, support=SUPPORT)
     alpha, beta = factors(fit)
     assert fit.rank == 1
-    assert np.abs(alpha - truth.alpha).max() < 1e-3 * truth.alpha.max()
-    assert np.abs(beta - truth.beta).max() < 1e-3 * truth.beta.max()
-    assert errors(fit, truth)[1] < 1e-5
+    assert np.abs(alpha - truth.alpha).max() < 5e-3 * truth.alpha.max()
+    assert np.abs(beta - truth.beta).max() < 5e-3 * truth.beta.max()
+    assert errors(fit, truth)[1] < 1e-4
 
 
 @settings(max_examples=8, deadline=None, derandomize=True)
@@ -201,12 +202,12 @@ def test_mirrored_problem_finds_only_noise():
     assert gains[0] > 20 * gains[1]
 
 
-def test_report_of_a_perfect_material_is_zero():
+def test_report_of_a_nearly_perfect_material_is_nearly_zero():
     measured = random_sample(1, 4).measured(4, 0.0)
     material = fit_material(measured, smooth=False, support=SUPPORT).material
     report = report_fit(measured, material)
-    assert max(report.delta_e.values()) < 0.01
-    assert report.unexplained < 1e-3
+    assert max(report.delta_e.values()) < 0.05
+    assert report.unexplained < 5e-3
     assert report.photon_yield == pytest.approx(report.measured_photon_yield, abs=0.02)
 
 

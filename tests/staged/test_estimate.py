@@ -326,7 +326,8 @@ def test_every_shape_can_be_an_emitter(shape):
 @pytest.mark.parametrize("flip", [False, True])
 def test_the_back_of_a_surface_emits_as_well(flip):
     """Rationale: a two-sided sheet lit from below and seen from below lights a plate under it with its back.
-    Expected: component 5 of the plate is the same whichever way the sheet faces, within the noise of 3 %."""
+    Expected: component 5 of the plate is the same whichever way the sheet faces, that of the one-pass method.
+    65,536 samples know it to 0.5 %; 8 x 8 emitters 0.8 from their lamp are held to 3 %."""
     import mitsuba as mi
 
     from fluorspar.scene.renderer import use_variant
@@ -355,7 +356,7 @@ def test_the_back_of_a_surface_emits_as_well(flip):
             },
             materials={"both": DYE},
         ).with_settings(spp=1024)
-    image = render_staged(scene, GRID, options=StagedOptions(emitters=2, repeats=1, patch_samples=1024))
+    image = render_staged(scene, GRID, options=StagedOptions(repeats=1))
     assert set(image.attrs["emitters"]) == {"sheet", "sheet (back)"}
     from fluorspar.render import render
 
@@ -363,4 +364,4 @@ def test_the_back_of_a_surface_emits_as_well(flip):
         render(scene, wavelengths=GRID, spp=4096).component("luminescent_reflection").values.mean((0, 1))
     )
     found = image.component("luminescent_reflection").values.mean((0, 1))
-    assert found[2:] == pytest.approx(expected[2:], rel=0.05)
+    assert found[2:] == pytest.approx(expected[2:], rel=0.03)

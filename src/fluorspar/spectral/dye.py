@@ -92,12 +92,14 @@ def dye(
         if spectrum.values.min() < 0 or not spectrum.values.any() or spectrum.is_constant:
             fault = "a spectrum of a dye is negative, 0 everywhere or constant"
             raise MaterialError(message(fault, where=f"{name}, {spectrum.title}"))
+    if isinstance(substrate, Material) and (substrate.matrix is not None or substrate.parts):
+        fault, fix = "a substrate with a measured matrix cannot be dyed", "fit it first"
+        raise MaterialError(message(fault, where=substrate.name, fix=fix))
     ex, em = excitation.wavelengths, emission.wavelengths
     absorbed = excitation.values / (ex if units == "energy" else 1.0)
     absorbed = strength * absorbed / absorbed.max()
     photons = emission.values * (em if units == "energy" else 1.0)
     photons = photons / trapezoid(photons, em)
-    base = substrate if isinstance(substrate, Material) else Material(name, as_spectrum(substrate))
     taken_up = absorbed * ex
     area = trapezoid(taken_up, ex)
     fluorophore = Fluorophore(
@@ -105,10 +107,8 @@ def dye(
         Spectrum(ex, taken_up, f"excitation of {name!r}", assumed),
         name,
     )
-    if base.matrix is not None or base.parts:
-        fault, fix = "a substrate with a measured matrix cannot be dyed", "fit it first"
-        raise MaterialError(message(fault, where=base.name, fix=fix))
     try:
+        base = substrate if isinstance(substrate, Material) else Material(name, as_spectrum(substrate))
         reflectance = _dyed(base.reflectance, Spectrum(ex, absorbed), f"reflectance of {name!r}", assumed)
         return Material(
             name,

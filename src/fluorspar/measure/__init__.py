@@ -1,0 +1,1 @@
+"""Measuring in spectral images, and comparing them with measurements and with each other."""
