@@ -2,9 +2,10 @@
 
     python tools/fit_materials.py DATA [--out src/fluorspar/data] [--table quality.md]
 
-DATA is a folder that holds, anywhere below it, the measured Donaldson matrices named in `SAMPLES` (RIT .BFC files, and the
-ICC's and Labsphere's as Donaldson .csv) and `cornell_reflectances_4nm.csv`. Everything else - flat reflectances, dyes from
-published peak positions, the lamp of the Cornell box - stands in this file. A table of fit qualities is printed.
+DATA is a folder that holds, anywhere below it, the measured Donaldson matrices named in `SAMPLES` (RIT .BFC
+files, and the ICC's and Labsphere's as Donaldson .csv) and `cornell_reflectances_4nm.csv`. Everything else
+- flat reflectances, dyes from published peak positions, the lamp of the Cornell box - stands in this file.
+A table of fit qualities is printed.
 """
 
 from __future__ import annotations
@@ -77,12 +78,15 @@ FLAT = {
 }
 
 LITERATURE = (
-    "peak wavelengths and quantum yield: general literature values, {}; band shapes, strength and substrate assumed"
+    "peak wavelengths and quantum yield: general literature values, {}; "
+    "band shapes, strength and substrate assumed"
 )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Make the library's material and lamp files from measured data.")
+    parser = argparse.ArgumentParser(
+        description="Make the library's material and lamp files from measured data."
+    )
     parser.add_argument("data", type=Path, help="folder with the measured matrices and reflectances")
     parser.add_argument("--out", type=Path, default=Path("src/fluorspar/data"), help="folder to write to")
     parser.add_argument("--table", type=Path, help="also write the table of fit qualities to this file")
@@ -106,7 +110,9 @@ def main() -> None:
 
 def find(folder: Path, stem: str) -> Path:
     """Return the one file of that stem below a folder."""
-    found = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.stem.lower() == stem.lower()]
+    found = [
+        path for path in sorted(folder.rglob("*")) if path.is_file() and path.stem.lower() == stem.lower()
+    ]
     if len(found) != 1:
         raise SystemExit(f"{folder}: expected one file named {stem}.*, found {len(found)}")
     return found[0]
@@ -118,9 +124,11 @@ def read(path: Path) -> MeasuredMatrix:
 
 
 def fit_sample(sample: Sample, path: Path) -> tuple[MaterialFit, FitReport, FitReport]:
-    """Fit a sample; return the fit, with its quality in words, and its reports at the measured step and at half of it."""
+    """Fit a sample; return the fit with its quality in words, and reports at the measured and half the step."""
     fit = fit_material(read(path), name=sample.name, description=sample.description, credit=sample.credit)
-    coarse, fine = (report_fit(fit.measured, fit.material, step) for step in (fit.measured.step, fit.measured.step / 2))
+    coarse, fine = (
+        report_fit(fit.measured, fit.material, step) for step in (fit.measured.step, fit.measured.step / 2)
+    )
     colours = ", ".join(f"{light} {value:.2f}" for light, value in coarse.delta_e.items())
     words = (
         f"rank {fit.rank}; CIEDE2000 to the measurement: {colours}; under D65 at {fine.grid.step:g} nm "
@@ -137,7 +145,16 @@ def fit_sample(sample: Sample, path: Path) -> tuple[MaterialFit, FitReport, FitR
 def quality_table(rows: list[tuple[Sample, MaterialFit, FitReport, FitReport]]) -> str:
     """Return the fit qualities as a Markdown table."""
     lights = list(rows[0][2].delta_e)
-    head = ["material", "sample", "rank", *lights, "D65, half step", "D65, all cells", "unexplained", "photon yield"]
+    head = [
+        "material",
+        "sample",
+        "rank",
+        *lights,
+        "D65, half step",
+        "D65, all cells",
+        "unexplained",
+        "photon yield",
+    ]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for sample, fit, coarse, fine in rows:
         cells = [sample.name, sample.stem, str(fit.rank)]
@@ -159,7 +176,9 @@ def flat_materials() -> list[Material]:
     found = []
     for name, (value, description) in FLAT.items():
         assumed = f"reflectance {value:g} at every wavelength is assumed, not measured"
-        reflectance = Spectrum(np.array([300.0, 780.0]), np.array([value, value]), f"reflectance of {name!r}", assumed)
+        reflectance = Spectrum(
+            np.array([300.0, 780.0]), np.array([value, value]), f"reflectance of {name!r}", assumed
+        )
         quality = "not fluorescent"
         found.append(Material(name, reflectance, description=description, quality=quality, assumed=assumed))
     return found
@@ -169,7 +188,9 @@ def cornell_materials(data: Path) -> list[Material]:
     """The measured paints of the Cornell box."""
     path = find(data, "cornell_reflectances_4nm")
     table = np.genfromtxt(path, delimiter=",", names=True)
-    assumed = "reflectance below 400 nm not measured, held at its value there; reflectance above 700 nm likewise"
+    assumed = (
+        "reflectance below 400 nm not measured, held at its value there; reflectance above 700 nm likewise"
+    )
     found = []
     for colour in ("white", "green", "red"):
         wavelengths = np.concatenate([[300.0], table["wavelength_nm"], [780.0]])
@@ -252,7 +273,9 @@ def dyes() -> list[Material]:
             assumed=f"{shape}at its peak the dye absorbs 50 % of the light, {surface}",
         ),
     ]
-    return [replace(material, quality="an idealised dye: not fitted to a measured surface") for material in found]
+    return [
+        replace(material, quality="an idealised dye: not fitted to a measured surface") for material in found
+    ]
 
 
 if __name__ == "__main__":

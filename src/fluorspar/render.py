@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 import os
-import time
-import warnings
-from collections.abc import Callable, Mapping
-from contextlib import closing
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 import fluorspar
-from fluorspar.errors import FluorsparWarning, OptionError, message
-from fluorspar.image.components import COMPONENTS
-from fluorspar.image.netcdf import NetcdfWriter
+from fluorspar.errors import OptionError, message
+from fluorspar.image.dataset import plain_attrs
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.progress import Progress
 from fluorspar.scene.renderer import TRACE_VARIANTS
 from fluorspar.scene.scene import Scene, load_scene
 from fluorspar.spectral.donaldson import Stokes
 from fluorspar.spectral.material import Material
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["METHODS", "Progress", "render"]
+if TYPE_CHECKING:
+    from fluorspar.staged.options import StagedOptions
 
-METHODS = ("paths",)
-Progress = Callable[[int, int], None]
+__all__ = ["METHODS", "render"]
+
+METHODS = ("paths", "staged")
+LARGEST_SEED = 2**63 - 1  # what the attributes of a NetCDF file can hold
 
 
 def render(
@@ -46,6 +44,7 @@ def render(
     threads: int | None = None,
     output: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
+    staged: StagedOptions | None = None,
 ) -> SpectralImage:
     """Render a scene into a spectral image, split into components.
 
@@ -60,7 +59,8 @@ def render(
     wavelengths
         Grid in nm, a `Wavelengths` or `"START:STOP:STEP"`; default 360:700:5.
     method
-        `"paths"`: all components, bands and bounces from one pass.
+        `"paths"`: all components, bands and bounces from one pass. `"staged"`: the paper's procedure on stock
+        integrators, components 0 to 5.
     size
         Width and height in pixels; default: the scene's.
     max_depth, rr_depth
@@ -80,7 +80,9 @@ def render(
         A `.nc` file to stream the image to while it is rendered, so that it need not fit into memory; the
         image returned then reads from it.
     progress
-        Called with the pixels done and the pixels in all, after each chunk.
+        Called with the work done and the work in all (pixels, or renders of the staged method).
+    staged
+        Options of the staged method.
 
     Returns
     -------
@@ -108,8 +110,6 @@ def render(
     >>> image.dataset.radiance.shape
     (7, 16, 16, 16)
     """
-    from fluorspar.paths.estimate import estimate
-
     if method not in METHODS:
         raise OptionError(
             message("there is no such method", got=repr(method), expected=f"one of {', '.join(METHODS)}")
@@ -120,9 +120,27 @@ def render(
                 "there is no such variant", got=repr(variant), expected=f"one of {', '.join(TRACE_VARIANTS)}"
             )
         )
-    if seed < 0:
-        raise OptionError(message("the seed is negative", got=seed, expected="0 or more"))
-    if output is not None and Path(output).suffix != ".nc":
+    if stokes not in ("half", "strict"):
+        raise OptionError(
+            message("there is no such Stokes rule", got=repr(stokes), expected="'half' or 'strict'")
+        )
+    if method == "staged" and (component_errors or variant != "llvm"):
+        got = "component_errors" if component_errors else f"variant={variant!r}"
+        raise OptionError(
+            message("the staged method has no such option", got=got, expected="method='paths' with it")
+        )
+    if staged is not None and method != "staged":
+        raise OptionError(
+            message(
+                "options of the staged method are given", got=f"method={method!r}", expected="method='staged'"
+            )
+        )
+    if threads is not None and threads < 1:
+        raise OptionError(message("the number of threads is out of range", got=threads, expected="1 or more"))
+    if not 0 <= seed <= LARGEST_SEED:
+        fault = "the seed is negative" if seed < 0 else "the seed is too large"
+        raise OptionError(message(fault, got=seed, expected=f"0 to {LARGEST_SEED}"))
+    if output is not None and Path(output).suffix.lower() != ".nc":
         raise OptionError(
             message(
                 "an image can be streamed to NetCDF only",
@@ -139,102 +157,41 @@ def render(
     width, height = size or (None, None)
     scene = scene.with_settings(spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth)
     scene = scene.with_whole_samples()
-    settings = scene.settings
     grid = Wavelengths.parse(wavelengths) if isinstance(wavelengths, str) else wavelengths or Wavelengths()
     attrs: dict[str, Any] = {
         "version": fluorspar.__version__,
         "method": method,
-        "spp": settings.spp,
+        "spp": scene.settings.spp,
         "seed": seed,
-        "max_depth": settings.max_depth,
-        "rr_depth": settings.rr_depth,
+        "max_depth": scene.settings.max_depth,
+        "rr_depth": scene.settings.rr_depth,
         "stokes": stokes,
         "scene": scene.name,
         "materials": {made.name: made.credit for made in scene.materials},
     }
-    sink: _File | _Memory
-    if output is None:
-        sink = _Memory(grid, settings.height, settings.width, component_errors)
-    else:
-        sink = _File(output, grid, settings.height, settings.width, component_errors=component_errors)
-    began = time.perf_counter()
-    pixels, done = settings.width * settings.height, 0
-    chunks = estimate(
+    if method == "staged":
+        from fluorspar.staged.estimate import render_staged
+
+        image = render_staged(
+            scene, grid, seed=seed, options=staged, stokes=stokes, threads=threads, progress=progress
+        )
+        image.dataset.attrs = plain_attrs(attrs | image.attrs)
+        if output is None:
+            return image
+        image.save(output)
+        return SpectralImage.open(output)
+
+    from fluorspar.paths.render_paths import render_paths
+
+    return render_paths(
         scene,
         grid,
         seed=seed,
+        attrs=attrs,
         stokes=stokes,
         component_errors=component_errors,
-        backend=variant,
+        variant=variant,
         threads=threads,
+        output=output,
+        progress=progress,
     )
-    with sink:
-        try:
-            with closing(chunks):
-                for first_pixel, swept in chunks:
-                    sink.write_pixels(first_pixel, *swept[: 3 if component_errors else 2])
-                    done = first_pixel + len(swept.radiance)
-                    if progress:
-                        progress(done, pixels)
-        except KeyboardInterrupt:
-            text = f"interrupted: {done} of {pixels} pixels are finished, the others are NaN"
-            warnings.warn(text, FluorsparWarning, stacklevel=2)
-        attrs["timings"] = {"render": round(time.perf_counter() - began, 3)}
-        return sink.image(attrs, partial=done < pixels)
-
-
-class _Memory:
-    """Collects pixels in arrays."""
-
-    def __init__(self, grid: Wavelengths, height: int, width: int, component_errors: bool) -> None:
-        self.grid, self.height, self.width = grid, height, width
-        self.pixels = height * width
-        # Not filled with NaN beforehand: writing the pages twice would show.
-        self.radiance = np.empty((len(COMPONENTS), self.pixels, len(grid)), dtype=np.float32)
-        self.standard_error = np.empty((self.pixels, len(grid)), dtype=np.float32)
-        self.component_errors = np.empty_like(self.radiance) if component_errors else None
-        self.done = 0
-
-    def __enter__(self) -> _Memory:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def write_pixels(
-        self,
-        first: int,
-        radiance: np.ndarray[Any, Any],
-        error: np.ndarray[Any, Any],
-        errors: np.ndarray[Any, Any] | None = None,
-    ) -> None:
-        self.done = first + len(radiance)
-        self.radiance[:, first : self.done] = radiance.swapaxes(0, 1)
-        self.standard_error[first : self.done] = error
-        if self.component_errors is not None and errors is not None:
-            self.component_errors[:, first : self.done] = errors.swapaxes(0, 1)
-
-    def image(self, attrs: dict[str, Any], *, partial: bool) -> SpectralImage:
-        layers = [self.radiance, self.standard_error[np.newaxis]]
-        if self.component_errors is not None:
-            layers.append(self.component_errors)
-        for values in layers:
-            values[:, self.done :] = np.nan
-        shape = (self.height, self.width, len(self.grid))
-        return SpectralImage.from_arrays(
-            self.radiance.reshape(-1, *shape),
-            self.grid,
-            self.standard_error.reshape(shape),
-            attrs | ({"partial": 1} if partial else {}),
-            component_standard_error=None
-            if self.component_errors is None
-            else self.component_errors.reshape(-1, *shape),
-        )
-
-
-class _File(NetcdfWriter):
-    """Streams pixels to a NetCDF file."""
-
-    def image(self, attrs: dict[str, Any], *, partial: bool) -> SpectralImage:
-        self.close(partial=partial, attrs=attrs)
-        return SpectralImage.open(self.path)

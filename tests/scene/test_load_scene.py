@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -375,3 +376,13 @@ class TestImport:
         )
         assert done.returncode == 0, done.stderr[-2000:]
         assert "(7, 4, 4, 4)" in done.stdout or "DRJIT_LIBLLVM_PATH=" in done.stdout
+
+
+def test_switching_variants_often_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Mitsuba reloads its integrators with each switch; from the 144th on that would bring a warning of Dr.Jit's."""
+    with use_variant("scalar_rgb"), warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        monkeypatch.setattr("drjit.ast._syntax_counter", 1000)
+        with use_variant("llvm_ad_mono"):
+            pass
+    assert said == []

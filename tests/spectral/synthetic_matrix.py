@@ -43,8 +43,8 @@ class Truth:
 def random_sample(rank: int, seed: int) -> Truth:
     """A grey-to-white sample with `rank` dyes.
 
-    All emit beyond where any is excited: below the diagonal, two dyes of which one emits at shorter wavelengths than
-    the other is excited are nearly one product alpha beta^T, and nobody could count them.
+    All emit beyond where any is excited: below the diagonal, two dyes of which one emits at shorter
+    wavelengths than the other is excited are nearly one product alpha beta^T, and nobody could count them.
     """
     rng = np.random.default_rng(seed)
     peaks = {0: (), 1: ((470.0, 520.0),), 2: ((420.0, 530.0), (480.0, 600.0))}

@@ -73,7 +73,7 @@ def changed(old: str, new: str) -> str:
     ("content", "says"),
     [
         (text(end=""), ["no end", "truncated"]),
-        (text()[:330], ["wrong number of cells", "line 10", "truncated"]),
+        (text()[:330], ["wrong number of cells", "line 12", "truncated"]),
         (changed("390\t0.02", "390\tabc"), ["line 9, cell 2", "'abc'"]),
         (changed("390\t0.02", "390\tNaN"), ["line 9, cell 2", "'NaN'"]),
         (changed("390\t0.02", "390\t1e999"), ["line 9, cell 2"]),

@@ -53,7 +53,10 @@ def test_units_are_converted():
 
 
 def test_units_matter():
-    found = [dye(peak(420), peak(560, 40), 0.8, 0.5, units=units).on(GRID).apply(np.ones(481)) for units in ("energy", "photon")]
+    found = [
+        dye(peak(420), peak(560, 40), 0.8, 0.5, units=units).on(GRID).apply(np.ones(481))
+        for units in ("energy", "photon")
+    ]
     assert np.abs(found[0] - found[1]).max() > 1e-3
 
 

@@ -1,9 +1,9 @@
 """Fitting measured matrices: are the spectra that went into a matrix the ones that come out, noise or no noise?
 
-The matrices are made up (synthetic_matrix.py) on 330-720 x 380-720 nm by 10, with 0.003 of noise per cell: what good
-instruments have. Bounds: a rank-1 fit has some 70 free numbers for 700 cells, so its root-mean-square error must be well
-below that of a cell; 0.003 leaves room for smoothing. alpha and beta are held to 20 % of their peak where the strongest
-cells are about 10 times the noise.
+The matrices are made up (synthetic_matrix.py) on 330-720 x 380-720 nm by 10, with 0.003 of noise per cell:
+what good instruments have. Bounds: a rank-1 fit has some 70 free numbers for 700 cells, so its
+root-mean-square error must be well below that of a cell; 0.003 leaves room for smoothing. alpha and beta
+are held to 20 % of their peak where the strongest cells are about 10 times the noise.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from synthetic_matrix import EMISSION, EXCITATION, SHIFT, Truth, random_sample
 
 from fluorspar.errors import MaterialError
 from fluorspar.spectral.factorise import Problem
@@ -22,7 +23,6 @@ from fluorspar.spectral.matrix_noise import estimate_noise, stokes_shift
 from fluorspar.spectral.measured import MeasuredMatrix
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
-from synthetic_matrix import EMISSION, EXCITATION, SHIFT, Truth, random_sample
 
 NOISE = 0.003
 SUPPORT = (330.0, 720.0)
@@ -31,7 +31,9 @@ seeds = st.integers(0, 10_000)
 
 def factors(fit: MaterialFit) -> tuple[np.ndarray, np.ndarray]:
     """alpha (K, M) and beta (K, P) of a fit on the measured wavelengths, sorted by emission peak."""
-    dyes = sorted(fit.material.fluorophores, key=lambda dye: dye.emission.wavelengths[dye.emission.values.argmax()])
+    dyes = sorted(
+        fit.material.fluorophores, key=lambda dye: dye.emission.wavelengths[dye.emission.values.argmax()]
+    )
     alpha = np.array([[dye.emission.at(w) for w in EMISSION] for dye in dyes]).reshape(-1, len(EMISSION))
     beta = np.array([[dye.excitation.at(w) for w in EXCITATION] for dye in dyes]).reshape(-1, len(EXCITATION))
     return alpha, beta
@@ -97,7 +99,9 @@ def test_noise_alone_is_not_luminescence(seed):
 def test_column_baselines_are_not_taken_for_luminescence():
     """A baseline of 0.003 per column, added below and above the diagonal, must leave alpha beta as it is."""
     truth = random_sample(1, 5)
-    plain, shifted = (fit_material(truth.measured(1, 0.0005, baseline=b), support=SUPPORT) for b in (0.0, 0.003))
+    plain, shifted = (
+        fit_material(truth.measured(1, 0.0005, baseline=b), support=SUPPORT) for b in (0.0, 0.003)
+    )
     assert errors(shifted, truth)[0] < 0.0015
     assert errors(plain, truth)[0] < 0.0010
 
@@ -152,7 +156,9 @@ def test_rank_can_be_given():
 def test_smoothing_costs_no_more_than_the_noise():
     measured = random_sample(1, 11).measured(11, NOISE)
     rough, smooth = (fit_material(measured, rank=1, smooth=s, support=SUPPORT) for s in (False, True))
-    bend = [np.sum(np.diff(fit.material.fluorophores[0].excitation.values, 2) ** 2) for fit in (rough, smooth)]
+    bend = [
+        np.sum(np.diff(fit.material.fluorophores[0].excitation.values, 2) ** 2) for fit in (rough, smooth)
+    ]
     assert bend[1] < 0.5 * bend[0]
     assert smooth.unexplained < 1.1 * rough.unexplained
 
@@ -174,6 +180,13 @@ def test_luminescence_is_scaled_to_conserve_photons():
     fit = fit_material(measured, rank=1, support=SUPPORT)
     assert 0.85 < fit.scaled < 1
     assert fit.material.on(Wavelengths(330, 720, 10)).photon_yield().max() == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize("S", [-0.2, 1.1])
+def test_an_impossible_reflectance_is_refused(S):
+    cells = np.where(SHIFT == 0, S, 0.0)
+    with pytest.raises(MaterialError, match=r"reflectance .* outside 0 to 1"):
+        fit_material(MeasuredMatrix(EMISSION, EXCITATION, cells, "sheet"))
 
 
 def test_band_cells_taken_for_a_density_are_refused():

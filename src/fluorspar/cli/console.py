@@ -15,7 +15,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from fluorspar.render import Progress as ProgressCallback
+from fluorspar.progress import Progress as ProgressCallback
 
 __all__ = ["error", "out", "progress_bar", "warning"]
 
@@ -49,6 +49,6 @@ def progress_bar(what: str) -> Iterator[ProgressCallback]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=err, transient=True) as bar:
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -72,10 +72,12 @@ def doctor() -> None:
                 check=False,
             )
         works[backend] = tried.returncode == 0
-        reason = (tried.stderr.strip().splitlines() or [f"the process ended with code {tried.returncode}"])[
-            -1
-        ]
-        line(variant, "works" if works[backend] else f"does not work: {reason}")
+        last = (tried.stderr.strip().splitlines() or [f"the process ended with code {tried.returncode}"])[-1]
+        # The last line of our own errors says how to mend them.
+        line(
+            variant,
+            "works" if works[backend] else f"does not work: {last.strip().removeprefix('fix:').strip()}",
+        )
     if not (works["spectra"] and works["llvm"]):
         console.error("rendering will not work on this machine")
         raise typer.Exit(2)

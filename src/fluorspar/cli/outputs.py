@@ -37,9 +37,14 @@ def check_outputs(outputs: Sequence[Path], pictures: Path | None) -> None:
                 )
             )
         check_target(path)
-    if len(set(outputs)) < len(outputs):
+    if len({path.resolve() for path in outputs}) < len(outputs):
         raise OptionError(
-            message("a file is to be written twice", where="--output", got=", ".join(map(str, outputs)))
+            message(
+                "a file is to be written twice",
+                where="--output",
+                got=", ".join(map(str, outputs)),
+                fix="name each file once",
+            )
         )
     if pictures is not None and pictures.exists() and not pictures.is_dir():
         raise OptionError(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated, cast
 
 import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.options import pairs, size_of
+from fluorspar.cli.staged import print_timings, staged_options
+from fluorspar.spectral.donaldson import Stokes
 
 __all__ = ["render"]
 
@@ -35,33 +37,36 @@ def render(
             help="File to write; the suffix picks the format: .nc, .exr, .png. May be repeated.",
         ),
     ],
-    spp: Annotated[Optional[int], typer.Option(help="Samples per pixel. [default: the scene's]")] = None,
+    spp: Annotated[int | None, typer.Option(help="Samples per pixel. [default: the scene's]")] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same image, bit for bit.")] = 0,
     size: Annotated[
-        Optional[str], typer.Option(metavar="WxH", help="Size in pixels. [default: the scene's]")
+        str | None, typer.Option(metavar="WxH", help="Size in pixels. [default: the scene's]")
     ] = None,
     wavelengths: Annotated[
         str, typer.Option(metavar="START:STOP:STEP", help="Wavelength grid in nm.")
     ] = "360:700:5",
     method: Annotated[
-        str, typer.Option(help="paths: all components, bands and bounces from one pass.")
+        str,
+        typer.Option(
+            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure."
+        ),
     ] = "paths",
     material: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option(
             metavar="ID=NAME", help="Give a surface another material, by shape or BSDF id. May be repeated."
         ),
     ] = None,
     define: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in the scene file. May be repeated."),
     ] = None,
     max_depth: Annotated[
-        Optional[int],
+        int | None,
         typer.Option(help="As in Mitsuba: 2 is direct light only, -1 unlimited. [default: the scene's]"),
     ] = None,
     rr_depth: Annotated[
-        Optional[int], typer.Option(help="Depth at which Russian roulette begins. [default: the scene's]")
+        int | None, typer.Option(help="Depth at which Russian roulette begins. [default: the scene's]")
     ] = None,
     matte: Annotated[
         bool, typer.Option("--matte", help="Render textures, gloss and environment maps as their averages.")
@@ -73,28 +78,74 @@ def render(
         bool, typer.Option("--component-errors", help="A standard error for each component too.")
     ] = False,
     pictures: Annotated[
-        Optional[Path],
+        Path | None,
         typer.Option(metavar="DIR", help="Also write a PNG of every component into this folder."),
     ] = None,
     variant: Annotated[str, typer.Option(help="llvm, or cuda for an NVIDIA GPU.")] = "llvm",
-    threads: Annotated[Optional[int], typer.Option(help="Threads to use. [default: all cores]")] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads to use. [default: all cores]")] = None,
+    mesh: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Mesh to put into cornell-mesh: OBJ, PLY, STL or glTF."),
+    ] = None,
+    emitters: Annotated[
+        int | None, typer.Option(help="staged: N x N emitters on a planar surface. [default: 8]")
+    ] = None,
+    patches: Annotated[int | None, typer.Option(help="staged: emitters on a mesh. [default: 100]")] = None,
+    emitter_mode: Annotated[
+        str | None,
+        typer.Option(
+            help="staged: true patches of a mesh, or the faces of a decimated copy. [default: true]",
+            metavar="true|decimated",
+        ),
+    ] = None,
+    exclude_emitter_geometry: Annotated[
+        bool,
+        typer.Option(
+            "--exclude-emitter-geometry", help="staged: leave the emitting object out, as the paper."
+        ),
+    ] = False,
+    bounces: Annotated[
+        int | None, typer.Option(help="staged: 2 estimates component 6 as well. [default: 1]")
+    ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="staged: subdivide emitters until component 5 is this good.")
+    ] = None,
+    filter_edges: Annotated[
+        bool, typer.Option("--filter-edges", help="staged: the paper's filter of edge artefacts.")
+    ] = False,
+    keep_intermediate: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="staged: keep the intermediate images here.")
+    ] = None,
+    repeats: Annotated[
+        int | None, typer.Option(help="staged: independent seeds, for the standard error. [default: 4]")
+    ] = None,
+    timings: Annotated[
+        bool, typer.Option("--timings", help="Print how long each pass took, relative to component 1.")
+    ] = False,
 ) -> None:
     """Render a scene into a spectral image, split into components."""
     from fluorspar.cli.outputs import check_outputs, stream_target, write_outputs
-    from fluorspar.errors import OptionError, message
     from fluorspar.render import render as render_scene
     from fluorspar.scene.scene import load_scene
 
-    if stokes not in ("half", "strict"):
-        raise OptionError(
-            message("there is no such Stokes rule", where="--stokes", got=stokes, expected="half or strict")
-        )
+    options = staged_options(
+        method,
+        emitters=emitters,
+        patches=patches,
+        mode=emitter_mode,
+        exclude_emitter_geometry=exclude_emitter_geometry or None,
+        bounces=bounces,
+        tolerance=tolerance,
+        filter_edges=filter_edges or None,
+        keep_intermediate=keep_intermediate,
+        repeats=repeats,
+    )
     check_outputs(output, pictures)
     loaded = load_scene(
         scene,
         materials=pairs(material or [], "--material"),
         matte=matte,
-        parameters=pairs(define or [], "-D"),
+        parameters=pairs(define or [], "-D") | ({"mesh": str(mesh)} if mesh else {}),
     )
     with console.progress_bar(f"rendering {scene}") as progress:
         image = render_scene(
@@ -106,14 +157,17 @@ def render(
             method=method,
             max_depth=max_depth,
             rr_depth=rr_depth,
-            stokes="strict" if stokes == "strict" else "half",
+            stokes=cast(Stokes, stokes),
             component_errors=component_errors,
             variant=variant,
             threads=threads,
             output=stream_target(output),
             progress=progress,
+            staged=options,
         )
     write_outputs(image, output, pictures)
+    if timings:
+        print_timings(image)
     if image.attrs.get("partial"):
         raise typer.Exit(130)
 

@@ -103,7 +103,11 @@ def band_weights(source: ArrayLike, target: ArrayLike, fwhm: float = 0.0) -> Arr
         return _interpolation(at, centres)
     if fwhm > at[-1] - at[0]:
         raise SpectrumError(
-            message("the bands are wider than the data", got=f"{fwhm:g} nm", expected=f"data for {at[-1] - at[0]:g} nm")
+            message(
+                "the bands are wider than the data",
+                got=f"{fwhm:g} nm",
+                expected=f"data for {at[-1] - at[0]:g} nm",
+            )
         )
     nodes, mirrored = _reflected(at, fwhm)
     rows = [_under_triangle(nodes, centre, fwhm) for centre in centres]
@@ -230,7 +234,11 @@ def conversion(source: Bands, target: Bands, name: str = "it") -> tuple[Array | 
         reach = [f"below {here.start:g}"] * (there.start - missing < here.start - _SAME)
         reach += [f"above {here.stop:g}"] * (there.stop + missing > here.stop + _SAME)
         if reach:
-            how += f"; {' and '.join(reach)} nm the data are continued by point reflection through the end value"
+            how += (
+                f"; {' and '.join(reach)} nm the data are continued by point reflection through the end value"
+            )
     else:
         how = "every sample that is needed, unchanged" if inside else "linear interpolation"
-    return band_weights(here.values, there.values, missing), f"{name}: {source}, brought to {target} by: {how}."
+    return band_weights(
+        here.values, there.values, missing
+    ), f"{name}: {source}, brought to {target} by: {how}."

@@ -74,10 +74,14 @@ class PointSpectra:
         for values in (self.radiance, self.standard_error):
             if values is not None and values.shape != expected:
                 fault = "spectra of points have the wrong shape"
-                raise SpectrumError(message(fault, where=self.title or None, got=values.shape, expected=expected))
+                raise SpectrumError(
+                    message(fault, where=self.title or None, got=values.shape, expected=expected)
+                )
         twice = sorted({name for name in self.names if self.names.count(name) > 1})
         if twice:
-            raise SpectrumError(message("a point occurs twice", where=self.title or None, got=", ".join(twice)))
+            raise SpectrumError(
+                message("a point occurs twice", where=self.title or None, got=", ".join(twice))
+            )
         bad = ~np.isfinite(self.radiance)
         if bad.any():
             point, band = np.argwhere(bad)[0]
@@ -99,7 +103,12 @@ class PointSpectra:
         """
         if name not in self.names:
             raise OptionError(
-                message("there is no such point", where=self.title or None, got=repr(name), expected=", ".join(self.names))
+                message(
+                    "there is no such point",
+                    where=self.title or None,
+                    got=repr(name),
+                    expected=", ".join(self.names),
+                )
             )
         return self.names.index(name)
 
@@ -129,7 +138,9 @@ class PointSpectra:
         2145.7
         """
         luminances = self.luminance(observer)
-        return {name: float(np.pi * luminances[self.index(name)] / white) for name, white in self.whites.items()}
+        return {
+            name: float(np.pi * luminances[self.index(name)] / white) for name, white in self.whites.items()
+        }
 
     def scaled(self, factor: float, unit: str, note: str) -> PointSpectra:
         """Return them times a factor, in another unit, with a note that says why."""
@@ -167,7 +178,13 @@ class PointSpectra:
         weights = band_weights(self.grid.values, self.grid.values, fwhm)
         error = None if self.standard_error is None else self.standard_error @ np.abs(weights).T
         note = f"instrument bandwidth: triangular, {fwhm:g} nm FWHM"
-        return replace(self, bands=bands, radiance=self.radiance @ weights.T, standard_error=error, notes=(*self.notes, note))
+        return replace(
+            self,
+            bands=bands,
+            radiance=self.radiance @ weights.T,
+            standard_error=error,
+            notes=(*self.notes, note),
+        )
 
 
 def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
@@ -223,7 +240,9 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
         fwhm = float(table.keys["bandwidth"].split()[0]) if "bandwidth" in table.keys else None
         bands = Bands(Wavelengths.from_values(wavelengths), fwhm)
     except (FluorsparError, ValueError) as err:
-        raise SpectrumError(message("the wavelengths or the bandwidth are not usable", where=path, got=err)) from err
+        raise SpectrumError(
+            message("the wavelengths or the bandwidth are not usable", where=path, got=err)
+        ) from err
     unit = table.keys.get("unit", PointSpectra.unit)
     return PointSpectra(names, bands, radiance, error, unit, title=path.name)
 
@@ -236,11 +255,19 @@ def _tidy(
     if unknown or missing:
         got = f"unknown: {', '.join(unknown)}" if unknown else f"missing: {', '.join(missing)}"
         raise SpectrumError(
-            message("the columns of a table of spectra are not right", where=path, got=got, expected=", ".join(_TIDY))
+            message(
+                "the columns of a table of spectra are not right",
+                where=path,
+                got=got,
+                expected=", ".join(_TIDY),
+            )
         )
     try:
         cells = [
-            (row[header.index("point")], *(float(row[header.index(name)]) for name in header if name != "point"))
+            (
+                row[header.index("point")],
+                *(float(row[header.index(name)]) for name in header if name != "point"),
+            )
             for row in rows
         ]
     except ValueError as err:

@@ -104,5 +104,8 @@ def read_cells(path: Path, error: type[FluorsparError]) -> Cells:
             fault, where = "a row has the wrong number of cells", f"{path}, line {number}"
             raise error(message(fault, where=where, got=len(row), expected=len(header)))
     if delimiter == ";":
-        rows = [[cell.replace(",", ".") if re.fullmatch(r"[-+\d,eE]+", cell) else cell for cell in row] for row in rows]
+        rows = [
+            [cell.replace(",", ".") if re.fullmatch(r"[-+\d,eE]+", cell) else cell for cell in row]
+            for row in rows
+        ]
     return Cells(keys, tuple(header), rows, path, error)

@@ -170,7 +170,7 @@ def _add_source(source: Any, records: Any, i: int, L: Any, one_light: bool, widt
     """Add light seen directly by path `i`: there is no vertex before it."""
     base = (i // TILE) * (TILE * SLOTS) + i % TILE
     if records.sampled[base] > 0:
-        a = 0
+        a = np.int64(0)
         if not one_light:
             a = np.int64(records.sampled_light[base])
         for j in range(width):

@@ -17,6 +17,7 @@ The loops are in `kernel.py`, Phi in `luminesce.py`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from itertools import pairwise
 from typing import NamedTuple
@@ -25,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.kernel import COMPONENT_COUNT, Records, compiled
-from fluorspar.paths.light_paths import SLOTS, TILE, LightPaths
+from fluorspar.paths.light_paths import SLOTS, TILE, LightPaths, Segment
 from fluorspar.paths.tables import SpectralTables
 
 __all__ = ["Swept", "batch_count", "sweep"]
@@ -86,20 +87,6 @@ def sweep(
     Swept
     """
     first, *later = paths.segments
-    rest = [
-        np.concatenate([getattr(segment, name) for segment in later]) if later else getattr(first, name)[:0]
-        for name in _RECORDS
-    ]
-    # A path goes on at an index within its segment; the later segments are joined, so count on from the first of them.
-    starts = np.cumsum([TILE * len(segment.row) for segment in later]).tolist()
-    counts = [TILE * len(segment.row) for segment in later]
-    rest_length = np.zeros(sum(counts), dtype=np.uint8)
-    rest_child = np.full(sum(counts), -1, dtype=np.int64)
-    for segment, end, count in zip(later, starts, counts, strict=True):
-        start, n = end - count, len(segment.length)
-        rest_length[start : start + n] = segment.length
-        rest_child[start : start + n] = np.where(segment.child >= 0, segment.child + end, -1)
-
     swept = Swept(
         np.empty((paths.pixels, COMPONENT_COUNT, bands), dtype=np.float32),
         np.empty((paths.pixels, bands), dtype=np.float32),
@@ -107,8 +94,14 @@ def sweep(
     )
     one_light = first.direct_light.size <= 1
     kernel = compiled(tables.reflectance.shape[1], one_light, component_errors)
-    records = Records(*(getattr(first, name).ravel() for name in _RECORDS), first.length, first.child)
-    tail = Records(*(values.ravel() for values in rest), rest_length, rest_child)
+    records = Records(
+        **{name: getattr(first, name).ravel() for name in _RECORDS}, length=first.length, child=first.child
+    )
+    tail = (
+        _joined(later)
+        if later
+        else Records(**{name: values[:0] for name, values in records._asdict().items()})
+    )
     longest = SLOTS * len(paths.segments)
     edges = np.linspace(0, paths.pixels, _TASKS + 1).astype(int)
     tasks = [
@@ -134,3 +127,18 @@ def sweep(
 
 
 _RECORDS = ("row", "direct", "direct_light", "sampled", "sampled_light", "survival")
+
+
+def _joined(segments: Sequence[Segment]) -> Records:
+    """Join segments behind one another; `child` then counts on from the first path of the first of them."""
+    lengths, children, end = [], [], 0
+    for segment in segments:
+        # Each segment fills whole tiles, so that the tiles of all of them follow one another.
+        missing = TILE * len(segment.row) - len(segment.length)
+        end += TILE * len(segment.row)
+        lengths.append(np.pad(segment.length, (0, missing)))
+        children.append(np.pad(np.where(segment.child >= 0, segment.child + end, -1), (0, missing)))
+    joined = {
+        name: np.concatenate([getattr(segment, name).ravel() for segment in segments]) for name in _RECORDS
+    }
+    return Records(**joined, length=np.concatenate(lengths), child=np.concatenate(children).astype(np.int32))

@@ -139,7 +139,7 @@ class Tracer:
         return buffers, left
 
 
-@dr.syntax  # type: ignore[misc]
+@dr.syntax
 def _trace(
     tracer: Tracer,
     path: Any,

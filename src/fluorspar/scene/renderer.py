@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes.util
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import metadata
@@ -74,6 +75,15 @@ def _check_llvm() -> None:
         )
 
 
+def _set_variant(name: str) -> None:
+    import mitsuba as mi
+
+    with warnings.catch_warnings():
+        # Mitsuba loads its differentiable integrators anew each time, and after 140 times Dr.Jit warns of that.
+        warnings.filterwarnings("ignore", message="The AST-transforming decorator", category=RuntimeWarning)
+        mi.set_variant(name)
+
+
 @contextmanager
 def use_variant(name: str) -> Iterator[None]:
     """Set a Mitsuba variant for the body of a `with` statement and give the caller's back after it.
@@ -92,10 +102,10 @@ def use_variant(name: str) -> Iterator[None]:
     if name.startswith("llvm"):
         _check_llvm()
     try:
-        mi.set_variant(name)
+        _set_variant(name)
     except ImportError as err:
         if before is not None:
-            mi.set_variant(before)
+            _set_variant(before)
         backend = name.partition("_")[0]
         fix = {
             "llvm": "install an LLVM library: 'pip install karellen-llvm-core' on 64-bit Linux, "
@@ -114,4 +124,4 @@ def use_variant(name: str) -> Iterator[None]:
         yield
     finally:
         if before is not None:
-            mi.set_variant(before)
+            _set_variant(before)

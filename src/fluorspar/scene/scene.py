@@ -172,6 +172,7 @@ def load_scene(
     >>> [m.name for m in scene.materials if m.fluorescent]
     ['poster-green', 'poster-red']
     """
+    read: Path | dict[str, Any]
     if isinstance(source, dict):
         name, base, read = "dict", Path.cwd(), source
     else:

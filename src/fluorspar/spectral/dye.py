@@ -30,22 +30,22 @@ def dye(
 ) -> Material:
     """Make the material that a dye on a matte substrate is.
 
-    The dye absorbs the share `a(ex) = strength * excitation(ex) / max(excitation)` of the light, reflects what the
-    substrate reflects of the rest, S = (1 - a) S_substrate, and of each `a` photons absorbed gives out `quantum_yield *
-    a` towards the outside, spread over wavelength as `emission` says, whatever was absorbed. In energy, and with D_L =
-    alpha beta:
+    The dye absorbs the share `a(ex) = strength * excitation(ex) / max(excitation)` of the light, reflects
+    what the substrate reflects of the rest, S = (1 - a) S_substrate, and of each `a` photons absorbed gives
+    out `quantum_yield * a` towards the outside, spread over wavelength as `emission` says, whatever was
+    absorbed. In energy, and with D_L = alpha beta:
 
         alpha(em) beta(ex) = quantum_yield a(ex) ex q(em) / em,     q = photons per nm, integral 1
 
-    Emission at wavelengths shorter than the excitation is left out (Stokes), so the photon yield of excitation inside
-    the emission band is less than `quantum_yield * a`.
+    Emission at wavelengths shorter than the excitation is left out (Stokes), so the photon yield of
+    excitation inside the emission band is less than `quantum_yield * a`.
 
     Parameters
     ----------
     excitation : Spectrum
-        Relative; how much light of one wavelength is absorbed. In units of "photon" an excitation spectrum is what a
-        quantum counter corrects for: emission per incident photon; it is then proportional to `a`. In "energy" it is
-        emission per incident energy, proportional to `a` times wavelength.
+        Relative; how much light of one wavelength is absorbed. In units of "photon" an excitation spectrum
+        is what a quantum counter corrects for: emission per incident photon; it is then proportional to
+        `a`. In "energy" it is emission per incident energy, proportional to `a` times wavelength.
     emission : Spectrum
         Relative, per nm: photons (as quantum-counting instruments give it) or energy.
     quantum_yield : float
@@ -53,7 +53,8 @@ def dye(
     strength : float
         The share of the light that is absorbed at the peak of the absorption, 0 to 1.
     units : {"energy", "photon"}
-        Of both spectra. Must be given: no file says it by itself, and the difference is some nanometres of the peak.
+        Of both spectra. Must be given: no file says it by itself, and the difference is some nanometres of
+        the peak.
     substrate : float, Spectrum, ... or Material, optional
         Reflectance of what is dyed; if it fluoresces, its dyes stay as they are.
     name, description, credit, assumed
@@ -66,8 +67,8 @@ def dye(
     Raises
     ------
     MaterialError
-        If units are not given as one of the two, quantum yield or strength lies outside 0 to 1, or a spectrum is
-        negative or 0 everywhere.
+        If units are not given as one of the two, quantum yield or strength lies outside 0 to 1, or a
+        spectrum is negative or 0 everywhere.
 
     Examples
     --------
@@ -83,7 +84,9 @@ def dye(
     if units not in ("energy", "photon"):
         fix = 'say units="photon" for counts of a fluorometer, "energy" for power per nm'
         fault = "a dye needs the units of its spectra"
-        raise MaterialError(message(fault, where=name, got=repr(units), expected="'energy' or 'photon'", fix=fix))
+        raise MaterialError(
+            message(fault, where=name, got=repr(units), expected="'energy' or 'photon'", fix=fix)
+        )
     for what, value in (("quantum yield", quantum_yield), ("strength", strength)):
         if not 0 <= value <= 1:
             fault = f"the {what} of a dye is impossible"
@@ -128,5 +131,9 @@ def _dyed(substrate: Spectrum, absorbed: Spectrum, title: str, assumed: str) -> 
     found = np.unique(np.concatenate([absorbed.wavelengths, substrate.wavelengths, [first, last]]))
     found = found[(found >= first) & (found <= last)]
     share = np.interp(found, absorbed.wavelengths, absorbed.values, left=0.0, right=0.0)
-    base = substrate.values[0] if substrate.is_constant else np.interp(found, substrate.wavelengths, substrate.values)
+    base = (
+        substrate.values[0]
+        if substrate.is_constant
+        else np.interp(found, substrate.wavelengths, substrate.values)
+    )
     return Spectrum(found, base * (1 - share), title, assumed)

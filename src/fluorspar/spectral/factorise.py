@@ -1,9 +1,9 @@
 """Split the luminescent part of a measured Donaldson matrix into non-negative factors.
 
-`cells = diag(S) + sum over k of a_k b_k^T on the Stokes side + baseline of each column + noise`. With b held the model is
-linear in a, and the other way round, so each half is a non-negative least-squares problem that scipy solves; the two take
-turns until nothing changes. The baselines are linear too and are eliminated in closed form; S takes up what is left on
-the diagonal.
+`cells = diag(S) + sum over k of a_k b_k^T on the Stokes side + baseline of each column + noise`. With b
+held the model is linear in a, and the other way round, so each half is a non-negative least-squares problem
+that scipy solves; the two take turns until nothing changes. The baselines are linear too and are eliminated
+in closed form; S takes up what is left on the diagonal.
 """
 
 from __future__ import annotations
@@ -78,12 +78,13 @@ class Problem:
     noise
         What the cells are worth.
     row_tolerance
-        How well every row of the luminescent part shall add up to what was measured, in radiance factor; that is what
-        decides the colour. Not asked for by default.
+        How well every row of the luminescent part shall add up to what was measured, in radiance factor;
+        that is what decides the colour. Not asked for by default.
     light : ndarray of shape (P,), optional
         In which light rows are added up, relative; equal energy by default.
     mirrored
-        Look for luminescence above the diagonal, where there is none: what is found there is what noise yields.
+        Look for luminescence above the diagonal, where there is none: what is found there is what noise
+        yields.
 
     Examples
     --------
@@ -133,7 +134,10 @@ class Problem:
     def nothing(self) -> Factors:
         """Return the factors of a surface without luminescence."""
         m, p = self.cells.shape
-        zero, everywhere = (np.zeros((0, m)), np.zeros((0, p))), (np.ones((0, m), bool), np.ones((0, p), bool))
+        zero, everywhere = (
+            (np.zeros((0, m)), np.zeros((0, p))),
+            (np.ones((0, m), bool), np.ones((0, p), bool)),
+        )
         misfit, baseline = self._misfit(np.zeros((m, p)))
         return Factors(*zero, baseline, misfit, *everywhere)
 
@@ -155,9 +159,9 @@ class Problem:
     def fit(self, start: Factors) -> Factors:
         """Return the best non-negative factors of this problem, started from others of their rank.
 
-        What the start has closed stays 0, and its curvature is kept: the penalty is `curvature` times the squared second
-        differences of both factors, which are taken to be 0 beyond the red end, emission also before the blue end; the
-        scale that a and b can exchange is set so that both bend as much.
+        What the start has closed stays 0, and its curvature is kept: the penalty is `curvature` times the
+        squared second differences of both factors, which are taken to be 0 beyond the red end, emission
+        also before the blue end; the scale that a and b can exchange is set so that both bend as much.
         """
         a, b, curvature = start.emission, start.excitation, start.curvature
         bend_a, bend_b = self._bend_emission, self._bend_excitation
@@ -179,8 +183,9 @@ class Problem:
     def prune(self, factors: Factors, least: float) -> Factors:
         """Close side lobes of the excitation spectra that are noise of single columns, the weakest first.
 
-        A lobe lies between two deep minima. The strongest one of every spectrum stays. Others go if they explain less
-        than `least` of misfit, or lie on the red side of the emission peak, where no dye is excited.
+        A lobe lies between two deep minima. The strongest one of every spectrum stays. Others go if they
+        explain less than `least` of misfit, or lie on the red side of the emission peak, where no dye is
+        excited.
         """
         for term in range(factors.rank):
             peak = int(np.argmax(factors.emission[term]))
@@ -197,9 +202,9 @@ class Problem:
     def smooth(self, factors: Factors, *, cautious: bool = False) -> Factors:
         """Return the smoothest factors the noise allows.
 
-        The true factors miss the data by more than the best fit does, on average by one unit of misfit per free number (one that is not 0).
-        So the curvature is penalised until the misfit has grown by that much; if `cautious`, times the mean misfit of a
-        cell, from 1 to 4, as if all of it were noise.
+        The true factors miss the data by more than the best fit does, on average by one unit of misfit per
+        free number (one that is not 0). So the curvature is penalised until the misfit has grown by that
+        much; if `cautious`, times the mean misfit of a cell, from 1 to 4, as if all of it were noise.
         """
         per_number = np.clip(factors.misfit / np.count_nonzero(self.weight), 1.0, 4.0) if cautious else 1.0
         free = np.count_nonzero(factors.emission) + np.count_nonzero(factors.excitation) - factors.rank
@@ -268,7 +273,7 @@ def _solve(normal: Array, right: Array, penalty: Array, is_open: NDArray[np.bool
 
 
 def _bend(count: int, *, zero_before: bool) -> Array:
-    """Second differences of a spectrum of `count` values that is 0 beyond its red end, and before its blue end or not."""
+    """Second differences of a spectrum of `count` values: 0 beyond its red end, before its blue end or not."""
     full = np.diff(np.eye(count + 4), 2, axis=0)
     return full[:, 2:-2] if zero_before else full[2:, 2:-2]
 

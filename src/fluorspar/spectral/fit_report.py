@@ -32,11 +32,11 @@ class FitReport:
     unexplained : float
         Root-mean-square residual of the cells below the diagonal over their root mean square, noise included.
     delta_e : dict of str to float
-        CIEDE2000 between the total radiance factors of fit and measurement under each light of `report_lights`. The
-        measurement is its diagonal and what is below; what is above can only be noise.
+        CIEDE2000 between the total radiance factors of fit and measurement under each light of
+        `report_lights`. The measurement is its diagonal and what is below; what is above can only be noise.
     delta_e_all_cells : float
-        The same under D65 with the cells above the diagonal counted too. Compare with `delta_e["D65"]`: the measured
-        colour itself is uncertain by about the difference.
+        The same under D65 with the cells above the diagonal counted too. Compare with `delta_e["D65"]`: the
+        measured colour itself is uncertain by about the difference.
     photon_yield, energy_yield : ndarray of shape (N,)
         Of the fit, per excitation wavelength, reflection included.
     measured_photon_yield : ndarray of shape (N,)
@@ -55,8 +55,8 @@ class FitReport:
 def report_fit(measured: MeasuredMatrix, material: Material, step: float | None = None) -> FitReport:
     """Compare a material with the matrix it was fitted to.
 
-    Colours are sums over the emission wavelengths that were measured, for the CIE 1931 observer; the white is the same
-    sum over the light. Where S was not measured, both hold its end value.
+    Colours are sums over the emission wavelengths that were measured, for the CIE 1931 observer; the white
+    is the same sum over the light. Where S was not measured, both hold its end value.
 
     Parameters
     ----------
@@ -118,9 +118,9 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
 def report_lights(grid: Wavelengths) -> dict[str, Array]:
     """Return the lights a fit is judged in, relative, ndarrays of shape (N,).
 
-    D65, A and FL11 are CIE illuminants (0 where their tables end); "D65+UV" has a band of 365 nm added, as of an
-    ultraviolet lamp: half width 10 nm, three times as strong as D65 at 560 nm; "D65-UV" is D65 without what is below
-    400 nm (measurement condition M2).
+    D65, A and FL11 are CIE illuminants (0 where their tables end); "D65+UV" has a band of 365 nm added, as
+    of an ultraviolet lamp: half width 10 nm, three times as strong as D65 at 560 nm; "D65-UV" is D65
+    without what is below 400 nm (measurement condition M2).
 
     Examples
     --------

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.factorise import Factors, Problem
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.material import Fluorophore, Material
@@ -40,7 +41,8 @@ class MaterialFit:
     noise_gain : float
         By how much a term lowers it above the diagonal, where there is only noise.
     unexplained : float
-        Root-mean-square residual of the luminescent part over its root mean square, baselines taken out of both.
+        Root-mean-square residual of the luminescent part over its root mean square, baselines taken out of
+        both.
     scaled : float
         Factor that was put on the luminescence to keep the photon yield at 1; nearly always 1.
     """
@@ -71,11 +73,12 @@ def fit_material(
 ) -> MaterialFit:
     """Fit reflectance and K fluorophores to a measured matrix.
 
-    `D = diag(S) + sum over k of alpha_k beta_k^T` for excitation below emission, with half weight where the two are
-    equal, alpha and beta non-negative. Nothing is clipped: noise of both signs is averaged by the fit, its size is taken
-    from the cells above the diagonal, and the baseline every column has in common above and below the diagonal is not
-    taken for luminescence. S is the diagonal less the half cell of luminescence in it. Rows are held to add up in
-    daylight to what was measured, since many small errors of one sign would show as a colour.
+    `D = diag(S) + sum over k of alpha_k beta_k^T` for excitation below emission, with half weight where the
+    two are equal, alpha and beta non-negative. Nothing is clipped: noise of both signs is averaged by the
+    fit, its size is taken from the cells above the diagonal, and the baseline every column has in common
+    above and below the diagonal is not taken for luminescence. S is the diagonal less the half cell of
+    luminescence in it. Rows are held to add up in daylight to what was measured, since many small errors of
+    one sign would show as a colour.
 
     Parameters
     ----------
@@ -88,8 +91,8 @@ def fit_material(
     smooth
         Make the spectra as smooth as the noise allows.
     support
-        The first and last wavelength of the tables in nm. Where the data end earlier S keeps its end value and alpha and
-        beta are 0, which `material.assumed` says.
+        The first and last wavelength of the tables in nm. Where the data end earlier S keeps its end value
+        and alpha and beta are 0, which `material.assumed` says.
 
     Returns
     -------
@@ -98,7 +101,8 @@ def fit_material(
     Raises
     ------
     MaterialError
-        If the matrix gives out more than 1.15 photons per photon, or a reflectance lies outside 0 to 1 by more than noise.
+        If the matrix gives out more than 1.15 photons per photon, or S lies outside 0 to 1 by more than noise
+        (by less, it is set to 0 or 1).
 
     Examples
     --------
@@ -123,7 +127,7 @@ def fit_material(
         factors = problem.fit(replace(choice.factors, curvature=0.0))
         factors = problem.smooth(factors) if smooth else factors
     title = name or measured.title
-    table = _tables(measured, factors, support)
+    table = _tables(measured, factors, support, 3 * noise.near)
     scaled = _photon_limit(table)
     material = Material(
         title,
@@ -155,7 +159,9 @@ class _Tables:
     assumed: str
 
 
-def _tables(measured: MeasuredMatrix, factors: Factors, support: tuple[float, float]) -> _Tables:
+def _tables(
+    measured: MeasuredMatrix, factors: Factors, support: tuple[float, float], tolerance: float
+) -> _Tables:
     """Turn band-weighted factors into S, alpha, beta (integral 1) on the measured wavelengths within `support`."""
     em, ex, h = measured.emission, measured.excitation, measured.step
     first = em[0] + h * np.ceil((support[0] - em[0]) / h - 1e-6)
@@ -164,6 +170,17 @@ def _tables(measured: MeasuredMatrix, factors: Factors, support: tuple[float, fl
     own = np.interp(measured.reflectance.wavelengths, em, np.arange(len(em))).round().astype(int)
     excited = np.interp(measured.reflectance.wavelengths, ex, np.arange(len(ex))).round().astype(int)
     reflectance = measured.reflectance.values - 0.5 * factors.product[own, excited]
+    worst = int(np.argmax(np.abs(reflectance - 0.5)))
+    if not -tolerance <= reflectance[worst] <= 1 + tolerance:
+        raise MaterialError(
+            message(
+                "the reflectance in a Donaldson matrix lies outside 0 to 1 by more than noise",
+                where=f"{measured.title}, {measured.reflectance.wavelengths[worst]:g} nm",
+                got=f"{reflectance[worst]:.3g} once half a cell of luminescence is taken off",
+                expected=f"0 to 1 within {tolerance:.2g}",
+                fix="check the calibration of the measurement, or that the diagonal is S",
+            )
+        )
     emission = np.array([np.interp(grid, em, a, left=0.0, right=0.0) for a in factors.emission])
     excitation = np.array([np.interp(grid, ex, b, left=0.0, right=0.0) for b in factors.excitation])
     for k in range(factors.rank):

@@ -119,6 +119,11 @@ class Material:
             object.__setattr__(self, "reflectance", named)
         check_reflectance(self.reflectance)
 
+    def __repr__(self) -> str:
+        from fluorspar.spectral.material_summary import material_summary
+
+        return material_summary(self)
+
     @classmethod
     def from_matrix(
         cls, name: str, matrix: MeasuredMatrix, *, description: str = "", credit: str = ""

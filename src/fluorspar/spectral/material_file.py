@@ -21,7 +21,8 @@ _EDGE = 0.001  # nm, beside the end of a spectrum that does not end at 0
 def write_material(path: str | Path, material: Material) -> Path:
     """Write a material to a `.csv` file, to 6 digits.
 
-    The table has the wavelengths of all its spectra; in between all of them are linear, so nothing is resampled.
+    The table has the wavelengths of all its spectra; in between all of them are linear, so nothing is
+    resampled.
 
     Parameters
     ----------
@@ -72,8 +73,7 @@ def write_material(path: str | Path, material: Material) -> Path:
         table.append(np.interp(wavelengths, spectrum.wavelengths, spectrum.values, **outside))
     lines.append(",".join(header))
     lines += [
-        ",".join([f"{row[0]:.7g}", *(f"{value:.6g}" for value in row[1:])])
-        for row in np.array(table).T
+        ",".join([f"{row[0]:.7g}", *(f"{value:.6g}" for value in row[1:])]) for row in np.array(table).T
     ]
     temporary = path.with_name(path.name + ".part")
     try:

@@ -1,7 +1,7 @@
 """The noise of a measured Donaldson matrix, estimated from its cells above the diagonal.
 
-Light is never shifted to shorter wavelengths, so whatever stands above the diagonal is measurement error. In bispectral
-instruments it has three parts, which matter differently to a fit:
+Light is never shifted to shorter wavelengths, so whatever stands above the diagonal is measurement error.
+In bispectral instruments it has three parts, which matter differently to a fit:
 
 * white noise of every cell;
 * a baseline of every column - each excitation wavelength is measured by itself, with an offset and a slow drift of its
@@ -35,7 +35,8 @@ class MatrixNoise:
     near : float
         Of a cell next to the diagonal, where the bandpass of the instrument spills reflected light.
     offset, tilt : float
-        Of the baseline of a column: its mean, and its change from the middle to the end of the emission range.
+        Of the baseline of a column: its mean, and its change from the middle to the end of the emission
+        range.
     resolution : float
         Cells are whole multiples of this (0 if they are not rounded); its rounding error is part of `white`.
     """

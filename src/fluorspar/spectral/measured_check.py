@@ -17,8 +17,8 @@ def check_measured(measured: MeasuredMatrix) -> MeasuredMatrix:
     Raises
     ------
     MaterialError
-        If an excitation wavelength gives out more than 1.15 times its photons: a corrupt file, or cells that are not
-        band-weighted with the step of the wavelengths.
+        If an excitation wavelength gives out more than 1.15 times its photons: a corrupt file, or cells
+        that are not band-weighted with the step of the wavelengths.
 
     Examples
     --------

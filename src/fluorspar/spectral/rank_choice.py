@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from fluorspar.spectral.factorise import Factors, Problem
 from fluorspar.spectral.matrix_noise import MatrixNoise, stokes_shift
 from fluorspar.spectral.measured import MeasuredMatrix
@@ -41,11 +39,11 @@ class RankChoice:
 def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None = None) -> RankChoice:
     """Count the fluorophores the data call for.
 
-    A term is accepted if it lowers the misfit three times more than one term does among the cells above the diagonal,
-    where there is nothing to find but noise; that takes the true noise as the measure, however it is correlated. A
-    further term must also explain 1 % of the luminescent part (10 % in amplitude): below that are the instrument's
-    errors of shape, which are not noise, but no dye either. Lobes of an excitation spectrum that explain less than a
-    term does in noise are dropped.
+    A term is accepted if it lowers the misfit three times more than one term does among the cells above the
+    diagonal, where there is nothing to find but noise; that takes the true noise as the measure, however it
+    is correlated. A further term must also explain 1 % of the luminescent part (10 % in amplitude): below
+    that are the instrument's errors of shape, which are not noise, but no dye either. Lobes of an
+    excitation spectrum that explain less than a term does in noise are dropped.
 
     Terms are counted, not dyes: if one dye emits only at shorter wavelengths than another is excited at, one
     product of spectra serves for both.
@@ -66,6 +64,7 @@ def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None =
     Examples
     --------
     >>> from fluorspar.spectral.matrix_noise import estimate_noise
+    >>> import numpy as np
     >>> w = np.arange(400.0, 701.0, 10.0)
     >>> cells = 0.3 * np.eye(31) + np.random.default_rng(1).normal(0, 0.003, (31, 31))
     >>> grey = MeasuredMatrix(w, w, cells)
@@ -75,7 +74,7 @@ def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None =
     shift = stokes_shift(measured.emission, measured.excitation, measured.step)
     problem, mirror = (Problem(measured.cells, shift, noise, mirrored=side) for side in (False, True))
     nothing = mirror.nothing()
-    share = np.count_nonzero(problem.lit) / max(1, np.count_nonzero(mirror.lit))
+    share = int(problem.lit.sum()) / max(1, int(mirror.lit.sum()))
     noise_gain = share * (nothing.misfit - mirror.grow(nothing).misfit) if mirror.lit.any() else 0.0
     least = _MORE_THAN_NOISE * max(noise_gain, sum(measured.cells.shape))
     gains: list[float] = []

@@ -25,7 +25,7 @@ from fluorspar.staged.protocol import LoadedScene, Renderer
 __all__ = ["emitter_arrays", "patch_illumination", "refine"]
 
 Array = NDArray[np.float64]
-_OFFSET = 1e-4  # of the size of a surface: how far above it a probe starts
+_OFFSET = 1e-3  # of the size of a surface: how far above it a probe starts; more than a tessellation is off
 _MOST_PATCHES = 4096
 Probe = Callable[[EmitterArray, int, int], Array]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -16,6 +16,7 @@ import fluorspar
 from fluorspar.errors import ApproximationWarning, FluorsparWarning
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.progress import Progress
 from fluorspar.scene.scene import UNLIMITED, Scene
 from fluorspar.scene.surfaces import NO_LIGHT
 from fluorspar.spectral.donaldson import DonaldsonMatrix, Stokes
@@ -47,7 +48,7 @@ from fluorspar.staged.timings import FIRST, Stopwatch
 __all__ = ["render_staged"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], None]
+_COMPILE_FROM = 16  # renders of a pass, from which one more does not matter
 _ADAPTIVE_STREAM = 1 << 16  # seeds of the adaptive subdivision, away from those of the repeats
 
 
@@ -156,6 +157,7 @@ class _Staged:
     progress: Progress | None
     watch: Stopwatch = field(default_factory=Stopwatch)
     done: int = 0
+    compiled: set[tuple[int, int]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         settings, bands = self.scene.settings, len(self.grid)
@@ -277,6 +279,7 @@ class _Staged:
         for name, depth in zip(names, depths, strict=True):
             if depth != UNLIMITED and self.depth != UNLIMITED and depth > self.depth:
                 depth = self.depth
+            self.compile(self.base, self.lights, depth)
             with self.watch.timing(name):
                 images.append(self.picture(self.base, self.albedo, self.lights, views, self.every, depth))
         source, direct, everything = images[0], images[1] - images[0], images[2] - images[0]
@@ -310,6 +313,18 @@ class _Staged:
         return render_bands(
             scene, albedo, self.reflectance, emission, views, groups, max_depth=depth, tick=self.tick
         )
+
+    def compile(self, scene: LoadedScene, emission: Array, depth: int) -> None:
+        """Render once before the clock runs, where that is a small part of the work: renderers compile."""
+        key = (id(scene), depth)
+        if (
+            key in self.compiled
+            or len(self.every) * self.sampling.passes * self.options.repeats < _COMPILE_FROM
+        ):
+            return
+        self.compiled.add(key)
+        group, scale = self.every[0], self.sampling.scale
+        scene.render(self.albedo[:, group], emission[:, group], max_depth=depth, seed=0, scale=scale)
 
     def luminesced(self, light: Mapping[int, NDArray[np.floating]], views: Views) -> Array:
         """What the materials the camera sees make of the light that falls on them (Eqs. 7 and 9)."""
@@ -375,6 +390,8 @@ class _Staged:
     ) -> Layers:
         """What the emitters of one object show in the scene, without being seen themselves."""
         radiance = np.maximum(emitted, 0.0) * item.array.gain[:, np.newaxis]
+        for depth in (self.depth, 1):
+            self.compile(item.scene, radiance, depth)
         rows = self.fluorescent if layers else []
         with self.watch.timing(f"component {5 if bounce == 1 else 6}: {item.name}"):
             seen = Views(views.sampling, views.seeds, [{}] * len(views.seeds), views.edge)

@@ -23,7 +23,7 @@ __all__ = ["VARIANTS", "MitsubaRenderer"]
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
 _SPECTRUM = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}
-_TESSELLATION = 96  # of spheres, disks and other shapes that are not meshes, along each side
+_TESSELLATION = 256  # of spheres, disks and other shapes that are not meshes, along each side
 _PROBES = 1 << 20  # light paths at a time
 
 Array = NDArray[np.float64]

@@ -1,0 +1,159 @@
+"""Where Fluorspar stands against stock Mitsuba: ratios from one run, measured in pairs.
+
+    python benchmarks/run.py                # all tables, about 12 minutes on 2 cores
+    python benchmarks/run.py stock bands    # some of them
+
+Every time is the median of pairs that follow each other, so that a change in the machine's speed cancels.
+Compilation is excluded by a warm-up of both sides. An idle machine is needed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import fluorspar
+from fluorspar.scene.nodes import copy_nodes, kind, resolving
+from fluorspar.scene.renderer import TRACE_VARIANTS, use_variant
+
+SCENE = "cornell-box"
+
+
+def stock_scene(scene: fluorspar.Scene) -> Any:
+    """Build the scene as stock Mitsuba would have it: `diffuse` of each reflectance's maximum, merging allowed."""
+    import mitsuba as mi
+
+    highest = {
+        surface.node: scene.materials[surface.front].on(fluorspar.Wavelengths()).reflectance.max()
+        for surface in scene.surfaces
+    }
+    state = copy_nodes(scene.nodes)
+    for index, node in enumerate(state.nodes):
+        if kind(node) == "Emitter":
+            node.props["radiance"] = 1.0
+        elif kind(node) == "Shape":
+            for key in list(node.props.keys()):
+                if node.props.type(key) == mi.Properties.Type.ResolvedReference:
+                    bsdf = state.nodes[node.props[key].index()]
+                    if kind(bsdf) == "BSDF":
+                        for name in list(bsdf.props.keys()):
+                            del bsdf.props[name]
+                        bsdf.props.set_plugin_name("diffuse")
+                        bsdf.props["reflectance"] = float(highest[index])
+        elif kind(node) == "Film":
+            node.props["width"], node.props["height"] = scene.settings.width, scene.settings.height
+            node.props["pixel_format"] = "luminance"
+    with resolving(scene.base):
+        built = mi.parser.instantiate(mi.parser.ParserConfig(mi.variant()), state)
+    return built[0] if isinstance(built, list) else built
+
+
+def pairs(
+    count: int, ours: Callable[[int], object], theirs: Callable[[int], object]
+) -> tuple[float, float, float]:
+    """Return the median of our time, of theirs, and of the ratio, over pairs run in turn after a warm-up."""
+
+    def timed(call: Callable[[int], object], seed: int) -> float:
+        began = time.perf_counter()
+        call(seed)
+        return time.perf_counter() - began
+
+    timed(ours, 0), timed(theirs, 0)
+    times = [(timed(ours, seed), timed(theirs, seed)) for seed in range(1, count + 1)]
+    return (
+        statistics.median(a for a, _ in times),
+        statistics.median(b for _, b in times),
+        statistics.median(a / b for a, b in times),
+    )
+
+
+def against_stock(size: int, spp: int, count: int) -> str:
+    """All components x 69 bands with standard error, against one single-band render of stock `path`."""
+    scene = fluorspar.load_scene(SCENE).with_settings(width=size, height=size, spp=spp)
+    with use_variant(TRACE_VARIANTS["llvm"]):
+        import mitsuba as mi
+
+        stock = stock_scene(scene)
+        ours, theirs, ratio = pairs(
+            count,
+            lambda seed: fluorspar.render(scene, seed=seed),
+            lambda seed: np.array(mi.render(stock, seed=seed, spp=spp)),
+        )
+    return f"{ratio:.2f} x   ({ours:.2f} s against {theirs:.2f} s, {size} x {size}, {spp} samples, {count} pairs)"
+
+
+def against_few_bands(count: int) -> str:
+    """97 bands against 9."""
+    scene = fluorspar.load_scene(SCENE).with_settings(width=512, height=512, spp=64)
+    many, few, ratio = pairs(
+        count,
+        lambda seed: fluorspar.render(scene, seed=seed, wavelengths="300:780:5"),
+        lambda seed: fluorspar.render(scene, seed=seed, wavelengths="300:780:60"),
+    )
+    return f"{ratio:.2f} x   ({many:.2f} s against {few:.2f} s, {count} pairs)"
+
+
+def command(*arguments: str) -> list[str]:
+    return [str(Path(sys.executable).parent / "fluorspar"), *arguments]
+
+
+def memory() -> str:
+    """Peak resident memory of a large render to NetCDF."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = str(Path(folder, "box.nc"))
+        subprocess.run(
+            command("render", SCENE, "--size", "1024x1024", "--spp", "256", "-o", out),
+            check=True,
+            capture_output=True,
+        )
+    return f"{resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20:.2f} GiB"
+
+
+def cold_start() -> str:
+    """A small render from a cold shell, second run."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = command("render", SCENE, "--size", "64x64", "--spp", "16", "-o", str(Path(folder, "a.nc")))
+        times = []
+        for _ in range(4):
+            began = time.perf_counter()
+            subprocess.run(run, check=True, capture_output=True)
+            times.append(time.perf_counter() - began)
+    return f"{statistics.median(times[1:]):.2f} s"
+
+
+TABLES: dict[str, tuple[str, Callable[[], str]]] = {
+    "stock": ("7 components x 69 bands + error / stock 1 band, 64 spp", lambda: against_stock(512, 64, 5)),
+    "stock-1024": ("the same at 1024 spp", lambda: against_stock(256, 1024, 3)),
+    "bands": ("97 bands / 9 bands", lambda: against_few_bands(5)),
+    "memory": ("peak memory, 1024 x 1024 x 69, 256 spp, to .nc", memory),
+    "cold": ("64 x 64, 16 spp from a cold shell", cold_start),
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "tables", nargs="*", metavar="TABLE", help=f"one of {', '.join(TABLES)}; default: all"
+    )
+    chosen = parser.parse_args().tables or list(TABLES)
+    if unknown := set(chosen) - set(TABLES):
+        parser.error(f"no such table: {', '.join(sorted(unknown))}")
+    for name in chosen:
+        label, measure = TABLES[name]
+        print(f"{label:<55} {measure()}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

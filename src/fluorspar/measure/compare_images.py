@@ -1,0 +1,148 @@
+"""Two images, pixel by pixel, block of rows by block of rows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import ImageError, message
+from fluorspar.image.dataset import row_blocks
+from fluorspar.measure.comparison import Comparison, ImageComparison
+from fluorspar.measure.difference import ciede2000
+from fluorspar.measure.noise import explained_by_noise
+from fluorspar.measure.sides import ImageSide
+from fluorspar.spectral.colour import lab_from_xyz, srgb_from_xyz, xyz_from_radiance
+
+__all__ = ["compare_images", "mean_of_images"]
+
+Array = NDArray[np.float64]
+
+
+def mean_of_images(a: ImageSide, b: ImageSide) -> tuple[Array, Array]:
+    """Mean spectra over the pixels that both images have.
+
+    Parameters
+    ----------
+    a, b : ImageSide
+        Of one size, on common bands.
+
+    Returns
+    -------
+    mean_a, mean_b : ndarray of shape (T,)
+
+    Raises
+    ------
+    ImageError
+        If there is no pixel that both have.
+
+    Examples
+    --------
+    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 2)), Wavelengths(500, 600, 100))
+    >>> side = ImageSide(image, Bands(image.wavelengths), None)
+    >>> mean_of_images(side, side)[0]
+    array([7., 7.])
+    """
+    sums = [np.zeros(1), np.zeros(1)]
+    count = 0
+    for rows in row_blocks(a.image.dataset):
+        blocks = [side.radiance(rows) for side in (a, b)]
+        known = np.isfinite(blocks[0][..., 0]) & np.isfinite(blocks[1][..., 0])
+        count += int(known.sum())
+        for index, block in enumerate(blocks):
+            spectra = block.reshape(-1, block.shape[-1]) if known.all() else block[known]
+            sums[index] = sums[index] + spectra.sum(axis=0, dtype=np.float64)
+    if count == 0:
+        raise ImageError(message("there is no pixel that both images have"))
+    return sums[0] / count, sums[1] / count
+
+
+def compare_images(
+    a: ImageSide, b: ImageSide, inside: NDArray[np.bool_], done: Comparison, exposure: float
+) -> ImageComparison:
+    """Compare two images.
+
+    Parameters
+    ----------
+    a, b : ImageSide
+        Of one size, on common bands.
+    inside : ndarray of shape (T,)
+        The bands of RMSE.
+    done : Comparison
+        With the grid, the scale, the divisors and the white.
+    exposure : float
+        Of the pictures, m2/cd, in the scale of A.
+
+    Returns
+    -------
+    ImageComparison
+    """
+    width, height = a.image.size
+    maps = {name: np.full((height, width), np.nan, np.float32) for name in ("rmse", "de00")}
+    squares, variances, means, mean_errors = (np.full((height, width), np.nan) for _ in range(4))
+    pictures = [np.zeros((height, width, 3), np.uint8) for _ in range(2)]
+    signed = np.zeros((height, width, 3), np.float32)
+    bands = len(done.grid)
+    absolute, difference_sum, sum_a, sum_b = (np.zeros(bands) for _ in range(4))
+    scale = np.float32(done.scale)
+    known_of = [name for name, side in (("A", a), ("B", b)) if side.has_errors]
+    count = 0
+    for rows in row_blocks(a.image.dataset):
+        first, second = a.radiance(rows), b.radiance(rows) * scale
+        difference = second - first
+        known = np.isfinite(difference).all(axis=-1)
+        maps["rmse"][rows] = _root_mean_square(difference[..., inside]) / done.mean_a
+        labs = []
+        shown = []
+        for values in (first, second):
+            xyz = xyz_from_radiance(values, done.grid, done.observer)
+            labs.append(lab_from_xyz(xyz, done.white))
+            rgb, _ = srgb_from_xyz(np.where(known[..., np.newaxis], xyz, 0.0), exposure)
+            shown.append(rgb)
+        maps["de00"][rows] = ciede2000(*labs)
+        for picture, rgb in zip(pictures, shown, strict=True):
+            picture[rows] = (rgb * 255 + 0.5).astype(np.uint8)
+        signed[rows] = shown[1] - shown[0]
+        pixels = difference[known]
+        count += len(pixels)
+        absolute += np.abs(pixels).sum(axis=0, dtype=np.float64)
+        difference_sum += pixels.sum(axis=0, dtype=np.float64)
+        sum_a += first[known].sum(axis=0, dtype=np.float64)
+        sum_b += second[known].sum(axis=0, dtype=np.float64)
+        if known_of:
+            variance = np.zeros_like(difference)
+            for side, factor in ((a, np.float32(1)), (b, scale)):
+                if side.has_errors:
+                    variance += np.square(side.errors(rows) * factor)
+            squares[rows] = np.einsum("yxn,yxn->yx", difference, difference, dtype=np.float64)
+            variances[rows] = variance.sum(axis=-1, dtype=np.float64)
+            means[rows] = difference.mean(axis=-1, dtype=np.float64)
+            mean_errors[rows] = np.sqrt(variance).mean(axis=-1, dtype=np.float64)
+    if count == 0:
+        raise ImageError(message("there is no pixel that both images have"))
+    noise = None
+    if known_of:
+        noise = explained_by_noise(squares, variances, means, mean_errors, " and ".join(known_of))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        error, bias = absolute / sum_a, difference_sum / sum_a
+    return ImageComparison(
+        maps["rmse"],
+        maps["de00"],
+        pictures[0],
+        pictures[1],
+        signed,
+        exposure,
+        sum_a / count,
+        sum_b / count,
+        error,
+        bias,
+        float(difference_sum.sum() / sum_a.sum()),
+        noise,
+    )
+
+
+def _root_mean_square(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    squares = np.einsum("yxn,yxn->yx", values, values)
+    return np.asarray(np.sqrt(squares / np.float32(values.shape[-1])))

@@ -1,0 +1,179 @@
+"""Differences of spectra and colours, as small functions on arrays.
+
+Eq. 14 is that of Tominaga, Guarnera, Ohtera, IEEE TVCG 2026, doi 10.1109/TVCG.2026.3668980.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fluorspar.errors import OptionError, message
+from fluorspar.spectral.tables_of_colour_science import colour_science
+
+__all__ = ["adapt_xyz", "band_bias", "band_error", "ciede2000", "expected_rmse", "rmse"]
+
+Array = NDArray[np.float64]
+
+
+def rmse(a: ArrayLike, b: ArrayLike, mean_a: float, mean_b: float) -> Array:
+    """Return the root mean square difference of normalised spectra, for each point.
+
+    RMSE = sqrt(mean over wavelengths of (a / mean_a - b / mean_b)^2)
+
+    Parameters
+    ----------
+    a, b : array_like of shape (..., N)
+        Spectra of the same points on the N bands of 400-700 nm.
+    mean_a, mean_b : float
+        Mean over those bands at the normalising point, each of its own side.
+
+    Returns
+    -------
+    ndarray of shape (...,)
+        1: relative to the mean of the normalising point.
+
+    Raises
+    ------
+    OptionError
+        If a mean is not positive.
+
+    Examples
+    --------
+    >>> rmse([[1.0, 3.0]], [[2.0, 2.0]], mean_a=2.0, mean_b=2.0)  # (0.5, 1.5) - (1, 1)
+    array([0.5])
+    """
+    if not (mean_a > 0 and mean_b > 0):
+        raise OptionError(
+            message(
+                "spectra cannot be normalised",
+                got=f"means {mean_a:g} and {mean_b:g}",
+                expected="positive numbers",
+            )
+        )
+    return _rms(np.asarray(a) / mean_a - np.asarray(b) / mean_b)
+
+
+def _rms(difference: NDArray[np.floating]) -> Array:
+    return np.asarray(np.sqrt(np.mean(np.square(difference), axis=-1)), dtype=np.float64)
+
+
+def expected_rmse(a: ArrayLike, b: ArrayLike, mean_a: float, mean_b: float) -> float:
+    """Return E{RMSE} of Eq. 14: the mean over points of `rmse`.
+
+    Parameters
+    ----------
+    a, b : array_like of shape (P, N)
+        Spectra of the same points on the N bands of 400-700 nm.
+    mean_a, mean_b : float
+        Mean over those bands at the normalising point, each of its own side.
+
+    Raises
+    ------
+    OptionError
+        If a mean is not positive.
+
+    Examples
+    --------
+    >>> expected_rmse([[1.0, 3.0], [2.0, 2.0]], [[2.0, 2.0], [2.0, 2.0]], mean_a=2.0, mean_b=2.0)
+    0.25
+    """
+    return float(np.mean(rmse(a, b, mean_a, mean_b)))
+
+
+def band_error(a: ArrayLike, b: ArrayLike) -> Array:
+    """Return the relative error of each band: mean over points of |b - a|, over the mean of a.
+
+    Parameters
+    ----------
+    a, b : array_like of shape (P, N)
+
+    Returns
+    -------
+    ndarray of shape (N,)
+        NaN where the mean of a is 0.
+
+    Examples
+    --------
+    >>> band_error([[1.0], [3.0]], [[2.0], [2.0]])
+    array([0.5])
+    """
+    first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    return _over(np.abs(second - first).mean(axis=0), first.mean(axis=0))
+
+
+def band_bias(a: ArrayLike, b: ArrayLike) -> Array:
+    """Return the bias of each band: mean over points of b - a, over the mean of a.
+
+    Parameters
+    ----------
+    a, b : array_like of shape (P, N)
+
+    Returns
+    -------
+    ndarray of shape (N,)
+        NaN where the mean of a is 0.
+
+    Examples
+    --------
+    >>> band_bias([[1.0], [3.0]], [[2.0], [2.0]])
+    array([0.])
+    """
+    first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    return _over((second - first).mean(axis=0), first.mean(axis=0))
+
+
+def _over(numerator: Array, denominator: Array) -> Array:
+    return np.divide(numerator, denominator, out=np.full_like(numerator, np.nan), where=denominator != 0)
+
+
+def ciede2000(lab_a: ArrayLike, lab_b: ArrayLike) -> Array:
+    """Return the colour difference CIEDE2000, by colour-science.
+
+    Parameters
+    ----------
+    lab_a, lab_b : array_like of shape (..., 3)
+        CIELAB of both with respect to the same white.
+
+    Returns
+    -------
+    ndarray of shape (...,)
+
+    References
+    ----------
+    G. Sharma, W. Wu, E. N. Dalal, "The CIEDE2000 color-difference formula: implementation notes,
+    supplementary test data, and mathematical observations", Color Res. Appl. 30(1), 2005.
+
+    Examples
+    --------
+    >>> ciede2000([[50.0, 2.6772, -79.7751]], [[50.0, 0.0, -82.7485]]).round(4)
+    array([2.0425])
+    """
+    difference = colour_science().difference.delta_E_CIE2000
+    with np.errstate(invalid="ignore"):
+        return np.asarray(difference(np.asarray(lab_a, float), np.asarray(lab_b, float)), dtype=np.float64)
+
+
+def adapt_xyz(xyz: ArrayLike, white: ArrayLike, to_white: ArrayLike) -> Array:
+    """Adapt colours from one white to another, by the linear Bradford transform of colour-science.
+
+    Parameters
+    ----------
+    xyz : array_like of shape (..., 3)
+    white, to_white : array_like of shape (3,)
+        XYZ of the white they are seen under, and of the white they are to be shown under. The scale of both
+        counts: white becomes to_white.
+
+    Returns
+    -------
+    ndarray of shape (..., 3)
+
+    Examples
+    --------
+    >>> adapt_xyz([110.0, 100.0, 35.0], [110.0, 100.0, 35.0], [95.05, 100.0, 108.9]).round(2)
+    array([ 95.05, 100.  , 108.9 ])
+    """
+    matrix = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
+        np.asarray(white, float), np.asarray(to_white, float), transform="Bradford"
+    )
+    return np.asarray(np.asarray(xyz, float) @ np.asarray(matrix, float).T)

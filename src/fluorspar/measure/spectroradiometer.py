@@ -1,0 +1,238 @@
+"""A spectroradiometer for spectral images: the mean spectrum under an aperture, at points of the scene."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import ApproximationWarning, ImageError, OptionError, message
+from fluorspar.image.components import select
+from fluorspar.image.dataset import add_up
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.measure.aperture import Aperture, coverage, radius_in_pixels
+from fluorspar.measure.bands import Bands
+from fluorspar.measure.point_spectra import PointSpectra
+from fluorspar.measure.points import Point, pixels_of
+from fluorspar.scene.scene import Scene
+
+__all__ = ["RANGE", "measure", "normalised", "scene_of"]
+
+Array = NDArray[np.float64]
+
+_ON_SURFACE = 2e-3  # of the distance to the camera
+RANGE = (400.0, 700.0)
+"""Wavelengths in nm over which the paper takes means and RMSE (Eq. 14)."""
+
+
+def measure(
+    image: SpectralImage,
+    points: tuple[Point, ...],
+    *,
+    scene: Scene | None = None,
+    aperture: Aperture | None = None,
+    bandwidth: float = 0.0,
+    component: str | None = None,
+    title: str = "",
+) -> PointSpectra:
+    """Measure the spectra of points in an image.
+
+    Parameters
+    ----------
+    image : SpectralImage
+    points : tuple of Point
+        Pixels, or positions on surfaces of the scene.
+    scene : Scene, optional
+        The scene of the image: needed for positions and for an aperture in degrees. By default the built-in
+        scene of that name, if the image has one.
+    aperture : Aperture, optional
+        By default 1/8 degree, if there is a scene, else one pixel. Pixels count as far as it covers them.
+    bandwidth : float
+        FWHM of the instrument's triangular bands in nm; 0: none.
+    component : str, optional
+        A component or a sum of some (`total`, `single_bounce`, `reflected`, `luminescent`).
+    title : str
+        What to call the image.
+
+    Returns
+    -------
+    PointSpectra
+        With the standard error of the mean under the aperture, if the image has standard errors for what is
+        measured: pixels are independent.
+
+    Raises
+    ------
+    OptionError
+        If a point lies outside the image, is hidden, or is not on a surface; if the scene is needed and not
+        known; if there is no such component.
+    ImageError
+        If a pixel that is measured was not rendered.
+
+    Examples
+    --------
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
+    >>> spectra = measure(image, (Point("1", (2, 3)),), aperture=Aperture(1, "px"))
+    >>> float(spectra.at("1")[0])
+    7.0
+    """
+    needs_camera = any(not point.is_pixel for point in points)
+    if scene is None and (needs_camera or aperture is None or aperture.unit == "deg"):
+        scene = scene_of(image, required=needs_camera or aperture is not None)
+    aperture = aperture or (Aperture() if scene is not None else Aperture(1.0, "px"))
+    matrix, projected = None, None
+    if scene is not None and (needs_camera or aperture.unit == "deg"):
+        from fluorspar.scene.camera import camera_of
+
+        width, height = image.size
+        scene = scene.with_settings(width=width, height=height)
+        matrix = camera_of(scene).matrix
+        if needs_camera:
+            projected = _visible_pixels(scene, points)
+    pixels = pixels_of(points, image.size, projected)
+    chosen = select(component, image.components)
+    with_errors = "standard_error" in image.dataset and chosen == select(None, image.components)
+    radiance = np.empty((len(points), len(image.wavelengths)))
+    error = np.empty_like(radiance) if with_errors else None
+    for p, (point, pixel) in enumerate(zip(points, pixels, strict=True)):
+        rows, columns, weights = coverage(pixel, aperture, image.size, matrix)
+        part = image.dataset.isel(y=rows, x=columns)
+        radiance[p] = np.einsum("yx,yxn->n", weights, add_up(part, chosen), dtype=np.float64)
+        if error is not None:
+            errors = np.asarray(part["standard_error"].values, np.float64)
+            error[p] = np.sqrt(np.einsum("yx,yxn->n", weights**2, errors**2))
+        if not np.isfinite(radiance[p]).all():
+            raise ImageError(
+                message("a pixel that is to be measured was not rendered", where=f"point {point.name}")
+            )
+        radius = radius_in_pixels(pixel, aperture, matrix)
+        if (pixel < radius - 0.01).any() or (pixel + radius > np.array(image.size) + 0.01).any():
+            text = f"the aperture at point {point.name} reaches beyond the image: only the part inside is measured"
+            warnings.warn(text, ApproximationWarning, stacklevel=2)
+    whites = {point.name: point.white for point in points if point.white is not None}
+    notes = (f"mean under an aperture of {aperture}" + ("" if component is None else f", {component}"),)
+    names = tuple(point.name for point in points)
+    spectra = PointSpectra(
+        names,
+        Bands(image.wavelengths),
+        radiance,
+        error,
+        whites=whites,
+        title=title or _title(image),
+        notes=notes,
+    )
+    return spectra.through(bandwidth)
+
+
+def _visible_pixels(scene: Scene, points: tuple[Point, ...]) -> Array:
+    """Pixels of the points that are positions; NaN for the others."""
+    from fluorspar.scene.camera import camera_of
+    from fluorspar.scene.visibility import first_hits
+
+    found = np.full((len(points), 2), np.nan)
+    rows = [row for row, point in enumerate(points) if not point.is_pixel]
+    positions = np.array([points[row].position for row in rows])
+    camera = camera_of(scene)
+    found[rows] = camera.project(positions)
+    eye = -np.linalg.solve(camera.matrix[:, :3], camera.matrix[:, 3])
+    hits = first_hits(scene, positions)
+    for row, position, hit in zip(rows, positions, hits, strict=True):
+        there, seen = np.linalg.norm(position - eye), np.linalg.norm(hit - eye)
+        if np.isnan(found[row]).any() or abs(seen - there) <= _ON_SURFACE * there:
+            continue  # behind the camera: said when it is looked up in the image
+        what = "a point is hidden from the camera" if seen < there else "a point is not on a surface"
+        sees = "nothing" if np.isnan(seen) else "a surface at " + ", ".join(f"{c:.4g}" for c in hit)
+        raise OptionError(
+            message(
+                what,
+                where=f"point {points[row].name} at {', '.join(f'{c:g}' for c in position)}",
+                got=f"the camera sees {sees}",
+                expected="a point of a surface that the camera sees",
+            )
+        )
+    return found
+
+
+def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
+    """Load the scene an image was rendered from, if it is built-in.
+
+    Parameters
+    ----------
+    image : SpectralImage
+    required : bool
+        Raise if it cannot be told.
+
+    Raises
+    ------
+    OptionError
+        If it is required and the image names no built-in scene.
+
+    Examples
+    --------
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> scene_of(SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())) is None
+    True
+    """
+    from fluorspar.scene.builtin import BUILTIN
+    from fluorspar.scene.scene import load_scene
+
+    name = str(image.attrs.get("scene", ""))
+    if name in BUILTIN:
+        return load_scene(name)
+    if required:
+        raise OptionError(
+            message(
+                "the scene is needed for positions in it, and for an aperture in degrees",
+                got=f"an image of {name!r}" if name else "an image that names no scene",
+                fix="name the scene (--scene), or give pixels and an aperture in pixels (--aperture 3px)",
+            )
+        )
+    return None
+
+
+def normalised(spectra: PointSpectra, by: str) -> PointSpectra:
+    """Normalise spectra as a whole: their ratios stay.
+
+    Parameters
+    ----------
+    spectra : PointSpectra
+    by : str
+        "none"; "luminance": the mean luminance of the points becomes 1; or the name of a point, the white
+        reference: its mean over the bands of 400-700 nm becomes 1, as in Eq. 14 of the paper.
+
+    Returns
+    -------
+    PointSpectra
+
+    Raises
+    ------
+    OptionError
+        If there is no such point, or what is to become 1 is 0.
+
+    Examples
+    --------
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> spectra = PointSpectra(("1", "2"), Bands(Wavelengths(400, 700, 10)), np.full((2, 31), [[2.0], [4.0]]))
+    >>> normalised(spectra, "2").radiance[:, 0]
+    array([0.5, 1. ])
+    """
+    if by == "none":
+        return spectra
+    if by == "luminance":
+        divisor = float(spectra.luminance().mean())
+        unit, what = "W m-2 sr-1 nm-1 per cd m-2", f"the mean luminance of the points, {divisor:.6g} cd/m2"
+    else:
+        low, high = RANGE
+        inside = (spectra.grid.values >= low) & (spectra.grid.values <= high)
+        divisor = float(spectra.at(by)[inside].mean()) if inside.any() else 0.0
+        unit, what = "1", f"the mean of point {by} over the bands of 400-700 nm, {divisor:.6g}"
+    if not divisor > 0:
+        raise OptionError(
+            message("the spectra cannot be normalised", where=spectra.title or None, got=f"{what}")
+        )
+    return spectra.scaled(1 / divisor, unit, f"divided by {what}")
+
+
+def _title(image: SpectralImage) -> str:
+    return str(image.attrs.get("scene", "an image"))
