@@ -180,7 +180,12 @@ def flat_materials() -> list[Material]:
             np.array([300.0, 780.0]), np.array([value, value]), f"reflectance of {name!r}", assumed
         )
         quality = "not fluorescent"
-        found.append(Material(name, reflectance, description=description, quality=quality, assumed=assumed))
+        credit = "a definition by Fluorspar, not a measurement"
+        found.append(
+            Material(
+                name, reflectance, description=description, credit=credit, quality=quality, assumed=assumed
+            )
+        )
     return found
 
 

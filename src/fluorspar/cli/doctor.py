@@ -35,8 +35,8 @@ with use_variant("{variant}"):
     scene = mi.load_dict({{"type": "scene", "sphere": {{"type": "sphere"}}, "light": {{"type": "constant"}}}})
     ray = mi.Ray3f(mi.Point3f(0, 0, -5), mi.Vector3f(0, 0, 1))
     assert bool(dr.all(scene.ray_intersect(ray).is_valid()))
-    if not "{variant}".startswith("scalar"):
-        print(dr.detail.llvm_version() if "{variant}".startswith("llvm") and hasattr(dr.detail, "llvm_version") else "", end="")
+    if "{variant}".startswith("llvm"):
+        print(", with LLVM " + ".".join(map(str, dr.detail.llvm_version())), end="")
 """
 
 
@@ -72,12 +72,14 @@ def doctor() -> None:
                 check=False,
             )
         works[backend] = tried.returncode == 0
-        last = (tried.stderr.strip().splitlines() or [f"the process ended with code {tried.returncode}"])[-1]
-        # The last line of our own errors says how to mend them.
-        line(
-            variant,
-            "works" if works[backend] else f"does not work: {last.strip().removeprefix('fix:').strip()}",
-        )
+        if works[backend]:
+            line(variant, f"works{tried.stdout}")
+        else:
+            last = (tried.stderr.strip().splitlines() or [f"the process ended with code {tried.returncode}"])[
+                -1
+            ]
+            # The last line of our own errors says how to mend them.
+            line(variant, f"does not work: {last.strip().removeprefix('fix:').strip()}")
     if not (works["spectra"] and works["llvm"]):
         console.error("rendering will not work on this machine")
         raise typer.Exit(2)

@@ -11,9 +11,12 @@ import typer
 
 import fluorspar
 from fluorspar.cli import console
+from fluorspar.cli.compare import compare
+from fluorspar.cli.convert import convert
 from fluorspar.cli.doctor import doctor
 from fluorspar.cli.info import info
 from fluorspar.cli.materials import materials
+from fluorspar.cli.measure import measure
 from fluorspar.cli.render import render
 from fluorspar.cli.scenes import scenes
 from fluorspar.errors import FluorsparError, FluorsparWarning
@@ -25,7 +28,8 @@ INTERRUPTED = 130
 
 app = typer.Typer(
     name="fluorspar",
-    help="Spectral images of scenes with fluorescent objects.\n\nExample:  fluorspar render cornell-box -o box.nc -o box.png",
+    help="Spectral images of scenes with fluorescent objects.\n\n"
+    "Example:  fluorspar render cornell-box -o box.nc -o box.png",
     no_args_is_help=True,
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -33,6 +37,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command()(render)
+app.command()(compare)
+app.command()(convert)
+app.command()(measure)
 app.command()(info)
 app.command()(scenes)
 app.add_typer(materials, name="materials")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -244,6 +245,20 @@ class Comparison:
         """All numbers as JSON; what is not a finite number is null."""
         return json.dumps(_finite(self.as_dict()), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
+    def save_json(self, path: str | os.PathLike[str]) -> None:
+        """Write all numbers as JSON.
+
+        Raises
+        ------
+        ImageError
+            If the file cannot be written; an older one of that name is then unchanged.
+        """
+        from fluorspar.image.atomic import replacing
+
+        text = self.to_json()
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
     def text(self) -> str:
         """The main results as lines of text."""
         lines = [f"A: {self.title_a}", f"B: {self.title_b}"]
@@ -252,14 +267,13 @@ class Comparison:
                 continue
             found = part.as_dict()
             count = len(part.names) if isinstance(part, PointComparison) else found["pixels_compared"]
-            lines += [
-                f"{count} {title}",
-                f"  E{{RMSE}}      {found['rmse']:.5g}   (95 % of them below {found['rmse_95']:.4g}, greatest {found['rmse_max']:.4g})",
-                f"  CIEDE2000    {found['de00_mean']:.4g}   (95 % of them below {found['de00_95']:.4g}, greatest {found['de00_max']:.4g})",
-                f"  bias         {100 * found['bias']:+.3g} %",
-            ]
+            lines.append(f"{count} {title}")
+            for label, key, mean in (("E{RMSE}", "rmse", "rmse"), ("CIEDE2000", "de00", "de00_mean")):
+                numbers = f"{found[mean]:.5g}   (95 % below {found[key + '_95']:.4g}, greatest {found[key + '_max']:.4g})"
+                lines.append(f"  {label:<12} {numbers}")
+            lines.append(f"  {'bias':<12} {100 * found['bias']:+.3g} %")
             if part.noise is not None:
-                lines.append(f"  noise        {noise_sentence(part.noise)}")
+                lines.append(f"  {'noise':<12} {noise_sentence(part.noise)}")
         return "\n".join(lines)
 
 

@@ -99,7 +99,7 @@ def _lines(path: Path) -> list[str]:
     """Return the lines of a file; its size is looked at first, so that a file named by mistake is not read."""
     try:
         size = path.stat().st_size
-        if False:
+        if size > _LARGEST:
             fault, expected = "a file is too large for a BFC file", f"at most {_LARGEST:,} bytes"
             raise MaterialError(message(fault, where=path, got=f"{size:,} bytes", expected=expected))
         text = path.read_bytes().decode("latin-1")

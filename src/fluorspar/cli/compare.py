@@ -1,0 +1,118 @@
+"""`fluorspar compare`: two images, two tables of measured spectra, or an image with a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from fluorspar.cli import console
+from fluorspar.cli.options import pairs
+
+__all__ = ["compare"]
+
+OBSERVERS = {"2": "CIE 1931 2 Degree Standard Observer", "10": "CIE 1964 10 Degree Standard Observer"}
+EXCEEDED = 1
+
+_EXAMPLES = """Examples:
+
+  fluorspar compare paths.nc staged.nc --component single_bounce -o report.html
+
+  fluorspar compare measured.csv render.nc --points points.csv --match 12 -o report.html -o numbers.json
+
+  fluorspar compare reference.nc new.nc --fail-above rmse=0.05 --fail-above de00=1
+
+The exit code is 1 if a limit is exceeded, 2 after an error."""
+
+
+def compare(
+    a: Annotated[str, typer.Argument(help="The reference: an image (.nc, .exr, .hdr) or a table of spectra (.csv).")],
+    b: Annotated[str, typer.Argument(help="What is compared with it, of either kind.")],
+    output: Annotated[
+        Optional[list[Path]],
+        typer.Option("-o", "--output", help="File to write: .json, .png, .html. May be repeated."),
+    ] = None,
+    points: Annotated[
+        Optional[Path], typer.Option(help="Points file: point, x, y (pixels) or point, x, y, z (scene).")
+    ] = None,
+    match: Annotated[
+        str, typer.Option(metavar="none|luminance|POINT", help="How the scale of B is matched to A; a point: Eq. 14.")
+    ] = "none",
+    white: Annotated[
+        Optional[str],
+        typer.Option(
+            metavar="POINT|ILLUMINANT", help="White of CIELAB. [default: the point of --match, or else D65]"
+        ),
+    ] = None,
+    observer: Annotated[str, typer.Option(metavar="2|10", help="CIE 1931 (2) or CIE 1964 (10 degrees).")] = "2",
+    wavelengths: Annotated[
+        Optional[str], typer.Option(metavar="START:STOP:STEP", help="Grid in nm. [default: the coarser of both]")
+    ] = None,
+    bandwidth_a: Annotated[Optional[float], typer.Option(help="FWHM in nm of the bands of A; 0: samples.")] = None,
+    bandwidth_b: Annotated[Optional[float], typer.Option(help="FWHM in nm of the bands of B; 0: samples.")] = None,
+    aperture: Annotated[
+        Optional[str],
+        typer.Option(metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"),
+    ] = None,
+    scene: Annotated[
+        Optional[str], typer.Option(help="Scene of the images, for its camera. [default: the built-in they name]")
+    ] = None,
+    component: Annotated[
+        Optional[str], typer.Option(help="Of images: a component, or single_bounce, reflected, luminescent.")
+    ] = None,
+    fail_above: Annotated[
+        Optional[list[str]],
+        typer.Option(
+            metavar="NUMBER=LIMIT",
+            help="Exit with 1 beyond a limit: rmse, rmse_max, de00, de00_max, bias, noise_z. May be repeated.",
+        ),
+    ] = None,
+) -> None:
+    """Compare spectra: RMSE (Eq. 14), CIEDE2000, bias, and how much of the difference is noise."""
+    from fluorspar.cli.measuring import aperture_of, check_files, limits_of, scene_named
+    from fluorspar.errors import OptionError, message
+    from fluorspar.measure.compare import compare as compare_spectra
+    from fluorspar.measure.figures import comparison_figure, write_figure
+    from fluorspar.measure.points import read_points
+    from fluorspar.measure.report import write_report
+    from fluorspar.spectral.wavelengths import Wavelengths
+
+    outputs = output or []
+    check_files(outputs, (".json", ".png", ".html"))
+    limits = limits_of(pairs(fail_above or [], "--fail-above"))
+    if observer not in OBSERVERS:
+        raise OptionError(message("there is no such observer", where="--observer", got=observer, expected="2 or 10"))
+    with console.err.status("comparing"):
+        found = compare_spectra(
+            a,
+            b,
+            points=read_points(points) if points else None,
+            match=match,
+            white=white,
+            observer=OBSERVERS[observer],
+            wavelengths=Wavelengths.parse(wavelengths) if wavelengths else None,
+            bandwidth_a=bandwidth_a,
+            bandwidth_b=bandwidth_b,
+            aperture=aperture_of(aperture),
+            scene=scene_named(scene),
+            component=component,
+        )
+    console.out.print(found.text(), markup=False, highlight=False)
+    exceeded = {name: found.value(name) for name in limits if not found.value(name) <= limits[name]}
+    for path in outputs:
+        with console.err.status(f"writing {path}"):
+            if path.suffix.lower() == ".json":
+                found.save_json(path)
+            elif path.suffix.lower() == ".png":
+                write_figure(comparison_figure(found), path)
+            else:
+                write_report(found, path)
+        console.out.print(f"wrote {path}", markup=False, highlight=False)
+    for name, value in exceeded.items():
+        console.err.print(f"{name} is {value:.5g}, above {limits[name]:g}", markup=False, highlight=False)
+    if exceeded:
+        raise typer.Exit(EXCEEDED)
+
+
+compare.__doc__ = f"{compare.__doc__}\n\n{_EXAMPLES}"

@@ -1,0 +1,58 @@
+"""`fluorspar convert`: a spectral image into another format, fewer components or other wavelengths."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from fluorspar.cli import console
+
+__all__ = ["convert"]
+
+_EXAMPLES = """Examples:
+
+  fluorspar convert box.nc box.exr
+
+  fluorspar convert pbrt.exr pbrt.nc --wavelengths 400:700:10
+
+  fluorspar convert box.nc luminescence.hdr --component luminescent"""
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(metavar="IN", help="A spectral image (.nc, .exr, .hdr).")],
+    target: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .exr, .hdr, .png.")],
+    component: Annotated[
+        Optional[str], typer.Option(help="Only a component, or the sum single_bounce, reflected, luminescent.")
+    ] = None,
+    total: Annotated[bool, typer.Option("--total", help="Only the sum of all components.")] = False,
+    wavelengths: Annotated[
+        Optional[str], typer.Option(metavar="START:STOP:STEP", help="Other wavelengths, in nm.")
+    ] = None,
+    bandwidth: Annotated[
+        float, typer.Option(help="With --wavelengths: FWHM in nm of triangular bands; 0: linear interpolation.")
+    ] = 0.0,
+) -> None:
+    """Convert a spectral image."""
+    from fluorspar.cli.measuring import check_files
+    from fluorspar.errors import OptionError, message
+    from fluorspar.image.spectral_image import SpectralImage
+    from fluorspar.measure.converted import converted
+    from fluorspar.spectral.wavelengths import Wavelengths
+
+    check_files([target], (".nc", ".exr", ".hdr", ".png"))
+    if component is not None and total:
+        raise OptionError(message("--component and --total exclude each other"))
+    if target.exists() and source.exists() and target.samefile(source):
+        raise OptionError(message("an image cannot be converted onto itself", got=target, fix="name another file"))
+    grid = Wavelengths.parse(wavelengths) if wavelengths else None
+    with SpectralImage.open(source) as image, console.err.status(f"writing {target}"):
+        result = converted(image, "total" if total else component, grid, bandwidth)
+        result.save(target)
+        if target.suffix.lower() == ".hdr" and len(result.components) > 1:
+            console.warning("an ENVI file holds one quantity: the total was written (see --component)")
+    console.out.print(f"wrote {target}", markup=False, highlight=False)
+
+
+convert.__doc__ = f"{convert.__doc__}\n\n{_EXAMPLES}"

@@ -1,0 +1,79 @@
+"""`fluorspar measure`: spectra at points of an image, as a spectroradiometer has them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from fluorspar.cli import console
+
+__all__ = ["measure"]
+
+_EXAMPLES = """Example:  fluorspar measure box.nc points.csv -o spectra.csv -o spectra.png --normalise 12"""
+
+
+def measure(
+    image: Annotated[Path, typer.Argument(help="A spectral image (.nc, .exr, .hdr).")],
+    points: Annotated[
+        Path, typer.Argument(help="Points file: point, x, y (pixels) or point, x, y, z (scene)[, white][, note].")
+    ],
+    output: Annotated[
+        Optional[list[Path]],
+        typer.Option("-o", "--output", help="File to write: .csv (tidy) or .png (a panel a point). May be repeated."),
+    ] = None,
+    scene: Annotated[
+        Optional[str], typer.Option(help="Scene of the image, for its camera. [default: the built-in it names]")
+    ] = None,
+    aperture: Annotated[
+        Optional[str],
+        typer.Option(metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"),
+    ] = None,
+    bandwidth: Annotated[float, typer.Option(help="FWHM in nm of the instrument's triangular bands; 0: none.")] = 0.0,
+    normalise: Annotated[
+        str, typer.Option(metavar="none|luminance|POINT", help="By a white reference, or the mean luminance.")
+    ] = "none",
+    component: Annotated[
+        Optional[str], typer.Option(help="A component, or single_bounce, reflected, luminescent.")
+    ] = None,
+) -> None:
+    """Measure the spectra of points: mean under an aperture, with its standard error."""
+    from rich.table import Table
+
+    from fluorspar.cli.measuring import aperture_of, check_files, scene_named
+    from fluorspar.image.spectral_image import SpectralImage
+    from fluorspar.measure.figures import spectra_figure, write_figure
+    from fluorspar.measure.point_spectra import write_point_spectra
+    from fluorspar.measure.points import read_points
+    from fluorspar.measure.spectroradiometer import measure as measure_spectra
+    from fluorspar.measure.spectroradiometer import normalised
+
+    check_files(output or [], (".csv", ".png"))
+    known = read_points(points)
+    with SpectralImage.open(image) as opened:
+        measured = measure_spectra(
+            opened,
+            known,
+            scene=scene_named(scene),
+            aperture=aperture_of(aperture),
+            bandwidth=bandwidth,
+            component=component,
+            title=str(image),
+        )
+    illuminances = measured.illuminance()
+    table = Table("point", "luminance, cd/m2", "illuminance, lx", "note", box=None, pad_edge=False)
+    for point, value in zip(known, measured.luminance(), strict=True):
+        lux = f"{illuminances[point.name]:.5g}" if point.name in illuminances else ""
+        table.add_row(point.name, f"{value:.5g}", lux, point.note)
+    console.out.print(table)
+    spectra = normalised(measured, normalise)
+    for path in output or []:
+        if path.suffix.lower() == ".csv":
+            write_point_spectra(spectra, path)
+        else:
+            write_figure(spectra_figure(spectra), path)
+        console.out.print(f"wrote {path}", markup=False, highlight=False)
+
+
+measure.__doc__ = f"{measure.__doc__}\n\n{_EXAMPLES}"

@@ -1,0 +1,90 @@
+"""Options of `measure` and `compare`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fluorspar.errors import OptionError, message
+
+if TYPE_CHECKING:
+    from fluorspar.measure.aperture import Aperture
+    from fluorspar.scene.scene import Scene
+
+__all__ = ["aperture_of", "check_files", "limits_of", "scene_named"]
+
+
+def check_files(paths: Sequence[Path], suffixes: tuple[str, ...]) -> None:
+    """Find out before any work whether the files can be written.
+
+    Raises
+    ------
+    OptionError
+        If a suffix is none of those known, or a file is named twice.
+    ImageError
+        If a folder does not exist or may not be written to.
+
+    Examples
+    --------
+    >>> check_files([Path("report.html")], (".html",))
+    """
+    from fluorspar.image.atomic import check_target
+
+    for path in paths:
+        if path.suffix.lower() not in suffixes:
+            expected = ", ".join(suffixes)
+            raise OptionError(
+                message("this kind of file cannot be written", where="--output", got=path, expected=expected)
+            )
+        check_target(path)
+    if len(set(paths)) < len(paths):
+        raise OptionError(
+            message("a file is to be written twice", where="--output", got=", ".join(map(str, paths)))
+        )
+
+
+def limits_of(texts: Mapping[str, str]) -> dict[str, float]:
+    """Read the limits of `--fail-above`.
+
+    Raises
+    ------
+    OptionError
+        If a number is not known or its limit is not a number.
+
+    Examples
+    --------
+    >>> limits_of({"rmse": "0.05"})
+    {'rmse': 0.05}
+    """
+    from fluorspar.measure.comparison import LIMITS
+
+    limits = {}
+    for name, text in texts.items():
+        if name not in LIMITS:
+            raise OptionError(
+                message("there is no such number", where="--fail-above", got=name, expected=", ".join(LIMITS))
+            )
+        try:
+            limits[name] = float(text)
+        except ValueError as err:
+            raise OptionError(
+                message("a limit is not a number", where=f"--fail-above {name}", got=text)
+            ) from err
+    return limits
+
+
+def aperture_of(text: str | None) -> Aperture | None:
+    """Read an aperture, such as `0.125deg` or `3px`."""
+    from fluorspar.measure.aperture import Aperture
+
+    return None if text is None else Aperture.parse(text)
+
+
+def scene_named(name: str | None) -> Scene | None:
+    """Load a scene by its name or file."""
+    if name is None:
+        return None
+    from fluorspar.scene.scene import load_scene
+
+    return load_scene(name)
