@@ -1,7 +1,8 @@
 """Fluorspar: spectral images of scenes with fluorescent objects, on a renderer that knows nothing of fluorescence.
 
 The public names are imported when they are first used. Importing Fluorspar sets no Mitsuba variant, reads no
-file and prints nothing.
+data file and prints nothing. It does point Dr.Jit to a working LLVM, through the environment variable
+`DRJIT_LIBLLVM_PATH` unless that is set: Dr.Jit loads LLVM when it is imported, so import Fluorspar before Mitsuba.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 from importlib import import_module
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
+
+from fluorspar.scene.renderer import configure_llvm as _configure_llvm
 
 if TYPE_CHECKING:
     from fluorspar.image.components import COMPONENTS
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
     from fluorspar.spectral.material import Fluorophore, Material
     from fluorspar.spectral.spectrum import Spectrum
     from fluorspar.spectral.wavelengths import Wavelengths
+
+_configure_llvm()
 
 __version__ = _version("fluorspar")
 

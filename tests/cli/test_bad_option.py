@@ -26,7 +26,7 @@ GRID = "expected: START:STOP:STEP in nm"
         (("--threads", "0"), ("number of threads is out of range", "got: 0", "expected: 1 or more")),
         (("--method", "magic"), ("there is no such method", "got: 'magic'", "expected: one of paths")),
         (("--variant", "opencl"), ("there is no such variant", "got: 'opencl'", "one of llvm, cuda")),
-        (("--stokes", "quarter"), ("no such Stokes rule", "where: --stokes", "got: quarter", "half or strict")),
+        (("--stokes", "quarter"), ("no such Stokes rule", "got:", "quarter", "expected:", "half", "strict")),
         (("--material", "ball"), ("not readable", "where: --material", "got: ball", "expected: KEY=VALUE")),
         (("--material", "=gray-45"), ("not readable", "where: --material", "got: =gray-45", "KEY=VALUE")),
         (("-D", "radius"), ("not readable", "where: -D", "got: radius", "expected: KEY=VALUE")),

@@ -94,7 +94,10 @@ def test_unreadable_file(fluorspar: CommandLine) -> None:
     [
         ("400:1, 500:nan, 700:1", ("not a finite number", "where: radiance of light 'sky', 500 nm")),
         ("400:1, 500:-2, 700:1", ("a light is negative", "where: light 'sky'", "got: -2", "expected: >= 0")),
-        ("900:1, 999:1", ("do not overlap", "where: radiance of light 'sky'", "a grid that meets 900-999 nm")),
+        (
+            "900:1, 999:1",
+            ("do not overlap", "where: radiance of light 'sky'", "a grid that meets 900-999 nm"),
+        ),
     ],
 )
 def test_of_a_light(fluorspar: CommandLine, values: str, message: tuple[str, ...]) -> None:

@@ -27,7 +27,9 @@ The exit code is 1 if a limit is exceeded, 2 after an error."""
 
 
 def compare(
-    a: Annotated[str, typer.Argument(help="The reference: an image (.nc, .exr, .hdr) or a table of spectra (.csv).")],
+    a: Annotated[
+        str, typer.Argument(help="The reference: an image (.nc, .exr, .hdr) or a table of spectra (.csv).")
+    ],
     b: Annotated[str, typer.Argument(help="What is compared with it, of either kind.")],
     output: Annotated[
         Optional[list[Path]],
@@ -37,7 +39,10 @@ def compare(
         Optional[Path], typer.Option(help="Points file: point, x, y (pixels) or point, x, y, z (scene).")
     ] = None,
     match: Annotated[
-        str, typer.Option(metavar="none|luminance|POINT", help="How the scale of B is matched to A; a point: Eq. 14.")
+        str,
+        typer.Option(
+            metavar="none|luminance|POINT", help="How the scale of B is matched to A; a point: Eq. 14."
+        ),
     ] = "none",
     white: Annotated[
         Optional[str],
@@ -45,18 +50,28 @@ def compare(
             metavar="POINT|ILLUMINANT", help="White of CIELAB. [default: the point of --match, or else D65]"
         ),
     ] = None,
-    observer: Annotated[str, typer.Option(metavar="2|10", help="CIE 1931 (2) or CIE 1964 (10 degrees).")] = "2",
+    observer: Annotated[
+        str, typer.Option(metavar="2|10", help="CIE 1931 (2) or CIE 1964 (10 degrees).")
+    ] = "2",
     wavelengths: Annotated[
-        Optional[str], typer.Option(metavar="START:STOP:STEP", help="Grid in nm. [default: the coarser of both]")
+        Optional[str],
+        typer.Option(metavar="START:STOP:STEP", help="Grid in nm. [default: the coarser of both]"),
     ] = None,
-    bandwidth_a: Annotated[Optional[float], typer.Option(help="FWHM in nm of the bands of A; 0: samples.")] = None,
-    bandwidth_b: Annotated[Optional[float], typer.Option(help="FWHM in nm of the bands of B; 0: samples.")] = None,
+    bandwidth_a: Annotated[
+        Optional[float], typer.Option(help="FWHM in nm of the bands of A; 0: samples.")
+    ] = None,
+    bandwidth_b: Annotated[
+        Optional[float], typer.Option(help="FWHM in nm of the bands of B; 0: samples.")
+    ] = None,
     aperture: Annotated[
         Optional[str],
-        typer.Option(metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"),
+        typer.Option(
+            metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"
+        ),
     ] = None,
     scene: Annotated[
-        Optional[str], typer.Option(help="Scene of the images, for its camera. [default: the built-in they name]")
+        Optional[str],
+        typer.Option(help="Scene of the images, for its camera. [default: the built-in they name]"),
     ] = None,
     component: Annotated[
         Optional[str], typer.Option(help="Of images: a component, or single_bounce, reflected, luminescent.")
@@ -82,7 +97,9 @@ def compare(
     check_files(outputs, (".json", ".png", ".html"))
     limits = limits_of(pairs(fail_above or [], "--fail-above"))
     if observer not in OBSERVERS:
-        raise OptionError(message("there is no such observer", where="--observer", got=observer, expected="2 or 10"))
+        raise OptionError(
+            message("there is no such observer", where="--observer", got=observer, expected="2 or 10")
+        )
     with console.err.status("comparing"):
         found = compare_spectra(
             a,

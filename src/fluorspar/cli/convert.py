@@ -24,14 +24,16 @@ def convert(
     source: Annotated[Path, typer.Argument(metavar="IN", help="A spectral image (.nc, .exr, .hdr).")],
     target: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .exr, .hdr, .png.")],
     component: Annotated[
-        Optional[str], typer.Option(help="Only a component, or the sum single_bounce, reflected, luminescent.")
+        Optional[str],
+        typer.Option(help="Only a component, or the sum single_bounce, reflected, luminescent."),
     ] = None,
     total: Annotated[bool, typer.Option("--total", help="Only the sum of all components.")] = False,
     wavelengths: Annotated[
         Optional[str], typer.Option(metavar="START:STOP:STEP", help="Other wavelengths, in nm.")
     ] = None,
     bandwidth: Annotated[
-        float, typer.Option(help="With --wavelengths: FWHM in nm of triangular bands; 0: linear interpolation.")
+        float,
+        typer.Option(help="With --wavelengths: FWHM in nm of triangular bands; 0: linear interpolation."),
     ] = 0.0,
 ) -> None:
     """Convert a spectral image."""
@@ -45,7 +47,9 @@ def convert(
     if component is not None and total:
         raise OptionError(message("--component and --total exclude each other"))
     if target.exists() and source.exists() and target.samefile(source):
-        raise OptionError(message("an image cannot be converted onto itself", got=target, fix="name another file"))
+        raise OptionError(
+            message("an image cannot be converted onto itself", got=target, fix="name another file")
+        )
     grid = Wavelengths.parse(wavelengths) if wavelengths else None
     with SpectralImage.open(source) as image, console.err.status(f"writing {target}"):
         result = converted(image, "total" if total else component, grid, bandwidth)

@@ -66,7 +66,7 @@ def _options(
 def main() -> None:
     """Run the command line; errors a user can mend end with a message and exit code 2."""
     warnings.simplefilter("always", FluorsparWarning)
-    warnings.showwarning = _show_warning
+    warnings.showwarning = _Shown()
     try:
         app()
     except FluorsparError as err:
@@ -77,15 +77,24 @@ def main() -> None:
         sys.exit(INTERRUPTED)
 
 
-def _show_warning(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
-) -> None:
-    if issubclass(category, FluorsparWarning):
-        console.warning(str(message))
-    else:
-        logging.getLogger("fluorspar").info("%s: %s", category.__name__, message)
+class _Shown:
+    """Shows each warning once: a material that two steps look at is not two faults."""
+
+    def __init__(self) -> None:
+        self.before: set[str] = set()
+
+    def __call__(
+        self,
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        text = str(message)
+        if not issubclass(category, FluorsparWarning):
+            logging.getLogger("fluorspar").info("%s: %s", category.__name__, text)
+        elif text not in self.before:
+            self.before.add(text)
+            console.warning(text)

@@ -17,20 +17,28 @@ _EXAMPLES = """Example:  fluorspar measure box.nc points.csv -o spectra.csv -o s
 def measure(
     image: Annotated[Path, typer.Argument(help="A spectral image (.nc, .exr, .hdr).")],
     points: Annotated[
-        Path, typer.Argument(help="Points file: point, x, y (pixels) or point, x, y, z (scene)[, white][, note].")
+        Path,
+        typer.Argument(help="Points file: point, x, y (pixels) or point, x, y, z (scene)[, white][, note]."),
     ],
     output: Annotated[
         Optional[list[Path]],
-        typer.Option("-o", "--output", help="File to write: .csv (tidy) or .png (a panel a point). May be repeated."),
+        typer.Option(
+            "-o", "--output", help="File to write: .csv (tidy) or .png (a panel a point). May be repeated."
+        ),
     ] = None,
     scene: Annotated[
-        Optional[str], typer.Option(help="Scene of the image, for its camera. [default: the built-in it names]")
+        Optional[str],
+        typer.Option(help="Scene of the image, for its camera. [default: the built-in it names]"),
     ] = None,
     aperture: Annotated[
         Optional[str],
-        typer.Option(metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"),
+        typer.Option(
+            metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"
+        ),
     ] = None,
-    bandwidth: Annotated[float, typer.Option(help="FWHM in nm of the instrument's triangular bands; 0: none.")] = 0.0,
+    bandwidth: Annotated[
+        float, typer.Option(help="FWHM in nm of the instrument's triangular bands; 0: none.")
+    ] = 0.0,
     normalise: Annotated[
         str, typer.Option(metavar="none|luminance|POINT", help="By a white reference, or the mean luminance.")
     ] = "none",

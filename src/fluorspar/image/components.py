@@ -18,6 +18,7 @@ __all__ = [
     "LUMINESCENT",
     "REFLECTED",
     "SINGLE_BOUNCE",
+    "TOTAL",
     "Component",
     "definition",
     "select",
@@ -74,6 +75,9 @@ LUMINESCENT: tuple[str, ...] = (COMPONENTS[2], COMPONENTS[4], COMPONENTS[5])
 
 SINGLE_BOUNCE: tuple[str, ...] = COMPONENTS[:6]
 """Light that luminesced at most once, 0 to 5: the paper's Eq. 13 and the visible lamp."""
+
+TOTAL = "total"
+"""The one component of an image that is not split, such as that of another program."""
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "total": COMPONENTS,
@@ -140,6 +144,10 @@ def select(what: str | Iterable[str] | None, present: Iterable[str] = COMPONENTS
     ('source', 'reexcitation')
     """
     held = tuple(present)
+    if held == (TOTAL,):
+        if what is None or what == TOTAL or (not isinstance(what, str) and tuple(what) == held):
+            return held
+        raise _unknown(what, held)
     if what is None or (isinstance(what, str) and what in GROUPS):
         names = GROUPS["total" if what is None else what]
         chosen = tuple(name for name in names if name in held)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ImageError, SpectrumError, message
-from fluorspar.image.components import COMPONENTS
+from fluorspar.image.components import COMPONENTS, TOTAL
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def make_dataset(
     component_standard_error : array_like of shape (C, Y, X, N), optional
         Of each component.
     components : sequence of str
-        The C names, those of `COMPONENTS` unless one is missing.
+        The C names, those of `COMPONENTS` unless one is missing; or `TOTAL` alone, for an image not split.
 
     Returns
     -------
@@ -172,7 +172,7 @@ def check_dataset(dataset: xr.Dataset, where: object = None) -> xr.Dataset:
         names = [] if missing else [str(name) for name in dataset["component"].values]
         if missing:
             problem = f"it has no coordinate {missing[0]!r}"
-        elif names != [name for name in COMPONENTS if name in names]:
+        elif names != [name for name in COMPONENTS if name in names] and names != [TOTAL]:
             problem = (
                 f"its components are {', '.join(names)}, not some of {', '.join(COMPONENTS)} in this order"
             )

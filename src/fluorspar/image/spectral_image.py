@@ -93,7 +93,7 @@ class SpectralImage:
         component_standard_error : array_like of shape (C, Y, X, N), optional
             Of each component.
         components : sequence of str
-            The C names, those of `COMPONENTS` unless one is missing.
+            The C names, those of `COMPONENTS` unless one is missing; or `TOTAL` alone, for an image not split.
 
         Raises
         ------

@@ -69,7 +69,7 @@ def _check_llvm() -> None:
             message(
                 f"Dr.Jit has loaded LLVM {loaded}, which aborts Python on some processors",
                 expected=f"LLVM {OLDEST_LLVM} or later",
-                fix="use Fluorspar (load_scene, say) before importing mitsuba or drjit, or start Python with "
+                fix="import fluorspar before mitsuba and drjit, or start Python with "
                 f"DRJIT_LIBLLVM_PATH={find_llvm()}",
             )
         )
