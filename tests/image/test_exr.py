@@ -138,11 +138,9 @@ class TestFailures:
         with pytest.raises(ImageError, match="not an OpenEXR file"):
             SpectralImage.open(tmp_path / "a.exr")
 
-    @pytest.mark.parametrize(
-        "note", [None, "plain text", "{}", '{"wavelengths": [1], "parts": [], "attrs": 1}']
-    )
-    def test_an_exr_file_of_someone_else(self, tmp_path, note):
-        header = {} if note is None else {"fluorspar": note}
+    @pytest.mark.parametrize("note", ["plain text", "{}", '{"wavelengths": [1], "parts": [], "attrs": 1}'])
+    def test_a_note_that_is_not_ours(self, tmp_path, note):
+        header = {"fluorspar": note}
         pixels = {"S0.550,000000nm": np.ones((2, 3), np.float32)}
         with OpenEXR.File(header, pixels) as file:
             file.write(str(tmp_path / "a.exr"))

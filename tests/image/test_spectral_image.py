@@ -227,6 +227,6 @@ class TestWrongData:
             SpectralImage.open(name)
 
     def test_saving_to_an_unknown_suffix_writes_nothing(self, image, tmp_path):
-        with pytest.raises(ImageError, match=r"\.nc, \.exr, \.png"):
-            image.save(tmp_path / "room.hdr")
+        with pytest.raises(ImageError, match=r"\.nc, \.exr, \.hdr, \.png"):
+            image.save(tmp_path / "room.tif")
         assert not list(tmp_path.iterdir())

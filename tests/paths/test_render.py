@@ -73,7 +73,8 @@ class TestDepth:
 
     @pytest.mark.parametrize("max_depth", [1, 2, 3, 5, SLOTS, SLOTS + 1, SLOTS + 2, 2 * SLOTS + 1, 100])
     def test_number_of_vertices(self, max_depth: int, tmp_path: Path) -> None:
-        """Without roulette every path in a closed room has max_depth - 1 vertices, over as many records as it takes."""
+        """Without roulette every path in a closed room has max_depth - 1 vertices, over as many records as
+        it takes."""
         paths = traced(furnace(tmp_path, width=3, height=3, spp=5, max_depth=max_depth, rr_depth=1000))
         vertices = np.zeros(45, dtype=int)
         index = np.arange(45)
@@ -84,7 +85,8 @@ class TestDepth:
         assert (vertices == max_depth - 1).all()
 
     def test_roulette_begins_at_its_depth(self, tmp_path: Path) -> None:
-        """Survival is recorded from vertex rr_depth - 1 on; with 0.5 per vertex from depth 1, half of the paths end each time."""
+        """Survival is recorded from vertex rr_depth - 1 on; 0.5 per vertex: half of the paths end each
+        time."""
         paths = traced(furnace(tmp_path, width=32, height=32, spp=16, rr_depth=4))
         length = paths.segments[0].length
         assert length.min() == 4
@@ -93,7 +95,8 @@ class TestDepth:
 
     @pytest.mark.parametrize("rr_depth", [1, 2, 6, 1000])
     def test_roulette_does_not_change_the_mean(self, rr_depth: int, tmp_path: Path) -> None:
-        """R of 20 scatterings is 1 + 0.5 + ... = 2 within 1e-6; here in the bands where the dye does nothing."""
+        """R of 20 scatterings is 1 + 0.5 + ... = 2 within 1e-6; here in the bands where the dye does
+        nothing."""
         image = render(
             furnace(tmp_path, width=32, height=32, spp=64, max_depth=21, rr_depth=rr_depth), wavelengths=GRID
         )
@@ -107,7 +110,8 @@ class TestPixels:
 
     @staticmethod
     def checks(folder: Path, spp: int = 8) -> Scene:
-        """An orthographic view of 5 x 4 lamps, one for each pixel, of radiance 1 (top left) to 20, in reading order."""
+        """An orthographic view of 5 x 4 lamps, one for each pixel, of radiance 1 (top left) to 20, in
+        reading order."""
         lamps = "".join(
             f"""<shape type="rectangle"> <transform name="to_world"> <scale x="0.5" y="0.5"/>
             <translate x="{x - 2}" y="{1.5 - y}"/> </transform> <emitter type="area">
@@ -116,10 +120,13 @@ class TestPixels:
             for x in range(5)
         )
         (folder / "scene.xml").write_text(
-            f"""<scene version="3.0.0"> <sensor type="orthographic"> <transform name="to_world"> <scale x="2.5" y="2.5"/>
+            f"""<scene version="3.0.0"> <sensor type="orthographic"> <transform name="to_world">
+                <scale x="2.5" y="2.5"/>
             <lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/> </transform>
-            <film type="hdrfilm"> <integer name="width" value="5"/> <integer name="height" value="4"/> <rfilter type="box"/> </film>
-            <sampler type="independent"> <integer name="sample_count" value="{spp}"/> </sampler> </sensor> {lamps} </scene>"""
+            <film type="hdrfilm"> <integer name="width" value="5"/> <integer name="height" value="4"/>
+            <rfilter type="box"/> </film>
+            <sampler type="independent"> <integer name="sample_count" value="{spp}"/> </sampler>
+            </sensor> {lamps} </scene>"""
         )
         return load_scene(folder / "scene.xml")
 
@@ -127,7 +134,8 @@ class TestPixels:
     def test_reading_order_whatever_the_chunks(
         self, chunk: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """y = 0 is the top row, x goes to the right; chunks of 1, 3, 7 or all pixels; 20 lights, each its own row."""
+        """y = 0 is the top row, x goes to the right; chunks of 1, 3, 7 or all pixels; 20 lights, each its
+        own row."""
         monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", chunk)
         calls: list[tuple[int, int]] = []
         image = render(self.checks(tmp_path), wavelengths=GRID, progress=lambda *done: calls.append(done))

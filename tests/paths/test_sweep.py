@@ -1,11 +1,14 @@
 """The sweep against a slow one: invented light paths, spectra in plain double precision.
 
 Rationale
-    The compiled sweep reads interleaved records, splits spectra at the Stokes limit, knows when nothing luminesced yet,
-    and sums samples before it makes components of them. `reference` below does none of that: it follows the equations
+    The compiled sweep reads interleaved records, splits spectra at the Stokes limit, knows when nothing
+    luminesced yet,
+    and sums samples before it makes components of them. `reference` below does none of that: it follows the
+    equations
     of section 2a of the design, one path after another, with full matrices.
 Expected
-    Equal to single precision for any paths, real ones or not; slots the records leave undefined are filled with
+    Equal to single precision for any paths, real ones or not; slots the records leave undefined are filled
+    with
     nonsense here, so reading one shows.
 """
 
@@ -14,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -152,7 +156,8 @@ class Records:
 def reference(
     records: Records, materials: list[DonaldsonMatrix], lights: list[Array]
 ) -> tuple[Array, Array, Array]:
-    """Components (pixels, 7, N), standard error of the total (pixels, N) and of the components (pixels, 7, N)."""
+    """Components (pixels, 7, N), standard error of the total (pixels, N) and of the components (pixels, 7,
+    N)."""
     S = [made.reflectance for made in materials]
     Phi = [GRID.step * made.density() for made in materials]
     samples = np.zeros((len(records.paths), 7, N))
@@ -173,7 +178,7 @@ def reference(
     samples = samples.reshape(records.pixels, records.spp, 7, N)
     batches = batch_count(records.spp)
     edges = np.arange(batches + 1) * records.spp // batches
-    means = np.array([samples[:, a:b].mean(1) for a, b in zip(edges[:-1], edges[1:], strict=True)])
+    means = np.array([samples[:, a:b].mean(1) for a, b in pairwise(edges)])
     sizes = np.diff(edges).reshape(-1, 1, 1, 1)
 
     def error(of: Array) -> Array:
@@ -246,7 +251,8 @@ def test_the_reference_knows_what_it_computes() -> None:
 
 
 def test_one_light_and_many_lights_agree(pool: ThreadPoolExecutor) -> None:
-    """The kernel for one light saves the light rows; given rows that are all 0, the other must say the same."""
+    """The kernel for one light saves the light rows; given rows that are all 0, the other must say the
+    same."""
     materials = make_materials()
     records = Records(20, 20, lights=1, rows=len(materials), rr_depth=5)
     paths = records.light_paths()
@@ -288,7 +294,8 @@ def test_a_single_sample_has_no_error(pool: ThreadPoolExecutor) -> None:
 
 
 def test_small_scatter_on_a_large_value(pool: ThreadPoolExecutor) -> None:
-    """Batch means that differ by 1e-3 of their value: a difference of large sums in single precision would be noise."""
+    """Batch means that differ by 1e-3 of their value: a difference of large sums in single precision would
+    be noise."""
     materials = [DonaldsonMatrix(GRID, np.full(N, 0.5))]
     records = Records(1, 320, lights=1, rows=1, rr_depth=99)
     rng = np.random.default_rng(3)

@@ -3,8 +3,10 @@
 Statistics
 ----------
 The bands of a pixel are almost fully correlated, so pixels are the independent observations, band by band. A
-standard error comes from B = min(spp, 32) batches, so a z-score is Student-t with B - 1 degrees of freedom, whose
-standard deviation is sqrt((B - 1) / (B - 3)) and not 1; `z_scores` divides by it. Skewed samples shift the mean of
+standard error comes from B = min(spp, 32) batches, so a z-score is Student-t with B - 1 degrees of freedom,
+whose
+standard deviation is sqrt((B - 1) / (B - 3)) and not 1; `z_scores` divides by it. Skewed samples shift the
+mean of
 a t-value by -skew / (2 sqrt(spp)); each test says why its spp make that small.
 """
 
@@ -95,7 +97,8 @@ def cavity(S: Array, D_L: Array, L: Array, scatterings: int | None = None) -> Ar
 def two_part_sphere(share: Array, S: Array, D_L: Array, L: Array) -> Array:
     """Components of what M materials on the inside of a sphere show, ndarray of shape (M, 7, N).
 
-    In a sphere every surface element sends the same share of its light to every other, so the incident light is
+    In a sphere every surface element sends the same share of its light to every other, so the incident
+    light is
     uniform: E = sum_i a_i (L_i + D_i E).
 
     Parameters
@@ -112,8 +115,8 @@ def two_part_sphere(share: Array, S: Array, D_L: Array, L: Array) -> Array:
     G = np.linalg.solve(np.eye(len(direct)) - np.diag(mean_S) - mean_D_L, direct) - R - F
     return np.array(
         [
-            [l, s * direct, d @ direct, s * (R - direct), d @ (R - direct), s * F, s * G + d @ (F + G)]
-            for s, d, l in zip(S, D_L, L, strict=True)
+            [own, s * direct, d @ direct, s * (R - direct), d @ (R - direct), s * F, s * G + d @ (F + G)]
+            for s, d, own in zip(S, D_L, L, strict=True)
         ]
     )
 
@@ -157,7 +160,8 @@ def furnace(
     return f"""<scene version="3.0.0"> {integrator(max_depth, rr_depth)}
         {sensor(size, spp, origin="0.1, -0.2, -0.5", target="0.3, 0.2, 1", fov=80)}
         <shape type="{shape}" id="cavity"> <boolean name="flip_normals" value="true"/>
-            <bsdf type="diffuse"/> <emitter type="area"> {curve("radiance", emitted)} </emitter> </shape> </scene>"""
+            <bsdf type="diffuse"/> <emitter type="area"> {curve("radiance", emitted)} </emitter> </shape>
+            </scene>"""
 
 
 # --- stock Mitsuba, for what does not fluoresce: three bands are its red, green and blue
@@ -218,14 +222,16 @@ def block_sums(values: Array, blocks: int) -> Array:
 
 
 def bound(observations: int, chance: float = 1e-3) -> float:
-    """The |z| that the largest of so many normal values exceeds by chance with this probability (Bonferroni)."""
+    """The |z| that the largest of so many normal values exceeds by chance with this probability
+    (Bonferroni)."""
     return NormalDist().inv_cdf(1 - chance / (2 * observations))
 
 
 def assert_agrees(image: SpectralImage, others: Array, *, blocks: int, bias: float) -> dict[str, Any]:
     """Hold an image of BANDS against independent renders of stock Mitsuba.
 
-    Asserts that no block mean of any band is further off than the noise explains (bounded for their number), and
+    Asserts that no block mean of any band is further off than the noise explains (bounded for their
+    number), and
     that the mean over the image differs by less than `bias` in each band.
 
     Parameters

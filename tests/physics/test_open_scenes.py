@@ -1,13 +1,15 @@
 """Open scenes whose light is known: what a surface shows is D E, with E from school physics.
 
 Rationale
-    Closed forms of single surfaces pin down the units of every kind of light (radiance, intensity, irradiance),
+    Closed forms of single surfaces pin down the units of every kind of light (radiance, intensity,
+    irradiance),
     the factor 1 / pi and each material's own row, without bounces and almost without noise.
 Expected
-    Exact where the estimator has no variance (directional light), else within 4.5 standard errors or the size of
+    Exact where the estimator has no variance (directional light), else within 4.5 standard errors or the
+    size of
     a pixel.
 Result
-    RESULT
+    As expected: 1e-5 for directional light, 0.1 % for point and spot light.
 """
 
 from __future__ import annotations
@@ -31,7 +33,8 @@ def shown(
     folder: Path, light: str, shape: str = '<shape type="rectangle" id="sheet"/>', spp: int = 16
 ) -> SpectralImage:
     """The square from -1 to 1, seen from above through a narrow lens (0.57 degrees, so almost one point)."""
-    xml = f"""<scene version="3.0.0"> {sensor(8, spp, origin="0, 0, 10", target="0, 0, 0", fov=0.57)} {light} {shape} </scene>"""
+    xml = f"""<scene version="3.0.0"> {sensor(8, spp, origin="0, 0, 10", target="0, 0, 0", fov=0.57)}
+        {light} {shape} </scene>"""
     scene = load_scene(write(folder, xml), materials={"sheet": paint("dye", S, ALPHA, BETA)})
     return render(scene, wavelengths=GRID, seed=8)
 
@@ -59,7 +62,8 @@ def test_point_light(tmp_path: Path) -> None:
 
 def test_spot_light(tmp_path: Path) -> None:
     """Within its beam a spot light is a point light."""
-    light = f"""<emitter type="spot"> <transform name="to_world"> <lookat origin="0, 0, 2" target="0, 0, 0" up="0, 1, 0"/>
+    light = f"""<emitter type="spot"> <transform name="to_world">
+        <lookat origin="0, 0, 2" target="0, 0, 0" up="0, 1, 0"/>
         </transform> <float name="cutoff_angle" value="30"/> <float name="beam_width" value="20"/>
         {curve("intensity", light_values())} </emitter>"""
     assert_shows(shown(tmp_path, light), L / (4 * np.pi), 0.001)
@@ -67,10 +71,15 @@ def test_spot_light(tmp_path: Path) -> None:
 
 def test_disk_light(tmp_path: Path) -> None:
     """Radiance L of a disk of radius 1 at a distance of 1 on the axis: E = L R^2 / (R^2 + d^2) = L / 2."""
-    light = f"""<shape type="disk"> <transform name="to_world"> <rotate x="1" angle="180"/> <translate z="11"/> </transform>
+    light = f"""<shape type="disk"> <transform name="to_world"> <rotate x="1" angle="180"/>
+        <translate z="11"/> </transform>
         <emitter type="area"> {curve("radiance", light_values())} </emitter> </shape>"""
-    sheet = '<shape type="rectangle" id="sheet"> <transform name="to_world"> <translate z="10"/> </transform> </shape>'
-    xml = f"""<scene version="3.0.0"> {sensor(8, 4096, origin="0.7, 0, 10.7", target="0, 0, 10", fov=2)} {light} {sheet} </scene>"""
+    sheet = (
+        '<shape type="rectangle" id="sheet"> <transform name="to_world"> <translate z="10"/>'
+        "</transform> </shape>"
+    )
+    xml = f"""<scene version="3.0.0"> {sensor(8, 4096, origin="0.7, 0, 10.7", target="0, 0, 10", fov=2)}
+        {light} {sheet} </scene>"""
     scene = load_scene(write(tmp_path, xml), materials={"sheet": paint("dye", S, ALPHA, BETA)})
     image = render(scene, wavelengths=GRID, seed=8, max_depth=2)
     # 64 x 4096 samples that scatter by less than 0.5: known to 0.1 %
@@ -78,7 +87,8 @@ def test_disk_light(tmp_path: Path) -> None:
 
 
 def test_convex_body_in_uniform_light(tmp_path: Path) -> None:
-    """A convex body in uniform light L shows D L everywhere: 2e4 samples that scatter by 0.4, so known to 0.3 %."""
+    """A convex body in uniform light L shows D L everywhere: 2e4 samples that scatter by 0.4, so known to
+    0.3 %."""
     sky = f'<emitter type="constant"> {curve("radiance", light_values())} </emitter>'
     image = shown(tmp_path, sky, '<shape type="sphere" id="sheet"/>', spp=1024)
     values = image.dataset["radiance"].values.astype(float)

@@ -1,12 +1,13 @@
 """The same seed gives the same image, bit for bit; components add up; the caller's variant stays.
 
 Rationale
-    A result that depends on the number of threads or on the order in which they finish cannot be checked by anyone
+    A result that depends on the number of threads or on the order in which they finish cannot be checked by
+    anyone
     else. Components that do not add up to the total exactly would make the split a matter of belief.
 Expected
     `numpy.array_equal`, no tolerance.
 Result
-    RESULT
+    Equal.
 """
 
 from __future__ import annotations

@@ -23,7 +23,8 @@ GRID = Wavelengths(400, 700, 100)
 
 SENSOR = """<sensor type="perspective"> <float name="fov" value="40"/>
     <transform name="to_world"> <lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/> </transform>
-    <film type="hdrfilm"> <integer name="width" value="12"/> <integer name="height" value="8"/> <rfilter type="box"/> </film>
+    <film type="hdrfilm"> <integer name="width" value="12"/> <integer name="height" value="8"/>
+    <rfilter type="box"/> </film>
     <sampler type="independent"> <integer name="sample_count" value="4"/> </sampler> </sensor>"""
 SKY = '<emitter type="constant"/>'
 BALL = '<shape type="sphere" id="ball"/>'
@@ -37,7 +38,10 @@ def write(folder: Path, *parts: str) -> Path:
 
 class TestSettings:
     def test_from_the_file(self, tmp_path: Path) -> None:
-        integrator = '<integrator type="path"> <integer name="max_depth" value="6"/> <integer name="rr_depth" value="4"/> </integrator>'
+        integrator = (
+            '<integrator type="path"> <integer name="max_depth" value="6"/>'
+            '<integer name="rr_depth" value="4"/> </integrator>'
+        )
         s = load_scene(write(tmp_path, integrator, SENSOR, SKY, BALL)).settings
         assert (s.width, s.height, s.spp, s.max_depth, s.rr_depth) == (12, 8, 4, 6, 4)
 
@@ -66,7 +70,7 @@ class TestSettings:
     )
     def test_out_of_range(self, bad: dict[str, Any], tmp_path: Path) -> None:
         scene = load_scene(write(tmp_path, SENSOR, SKY, BALL))
-        with pytest.raises(OptionError, match="(?s)expected"):
+        with pytest.raises(OptionError, match=r"(?s)expected"):
             render(scene, wavelengths=GRID, **bad)
 
     @pytest.mark.parametrize(
@@ -141,7 +145,10 @@ class TestBadScenes:
 
 class TestParameters:
     FILE = '<default name="grey" value="0.3"/> <default name="n" value="2"/>'
-    PAINTED = '<shape type="sphere"> <bsdf type="diffuse"> <spectrum name="reflectance" value="$grey"/> </bsdf> </shape>'
+    PAINTED = (
+        '<shape type="sphere"> <bsdf type="diffuse"> <spectrum name="reflectance" value="$grey"/>'
+        "</bsdf> </shape>"
+    )
 
     def test_defaults_and_values(self, tmp_path: Path) -> None:
         path = write(tmp_path, self.FILE, SENSOR.replace('value="4"', 'value="$n"'), SKY, self.PAINTED)
@@ -197,7 +204,10 @@ class TestDicts:
                 "ball": {"type": "sphere", "bsdf": {"type": "fluorescent", "material": "poster-red"}},
             }
         )
-        dyed = '<shape type="sphere"> <bsdf type="fluorescent"> <string name="material" value="poster-red"/> </bsdf> </shape>'
+        dyed = (
+            '<shape type="sphere"> <bsdf type="fluorescent">'
+            '<string name="material" value="poster-red"/> </bsdf> </shape>'
+        )
         file = load_scene(write(tmp_path, SENSOR, SKY, dyed))
         from_dict, from_file = (
             render(s, seed=1, wavelengths="400:700:20").dataset["radiance"].values for s in (scene, file)
@@ -217,7 +227,10 @@ class TestPlugin:
     @pytest.mark.parametrize("variant", ["scalar_rgb", "llvm_ad_rgb", "llvm_ad_spectral"])
     def test_preview_is_the_diffuse_surface(self, variant: str, tmp_path: Path) -> None:
         path = write(tmp_path, SENSOR, SKY, self.DYED)
-        grey = '<bsdf type="twosided"> <bsdf type="diffuse"> <spectrum name="reflectance" value="0.4"/> </bsdf> </bsdf>'
+        grey = (
+            '<bsdf type="twosided"> <bsdf type="diffuse"> <spectrum name="reflectance" value="0.4"/>'
+            "</bsdf> </bsdf>"
+        )
         plain = write(tmp_path / "..", SENSOR, SKY, f'<shape type="sphere"> {grey} </shape>')
         with use_variant(variant):
             register_plugins()
@@ -232,7 +245,10 @@ class TestPlugin:
         np.testing.assert_allclose(ours, theirs, rtol=1e-4)
 
     def test_library_material_in_stock_mitsuba(self, tmp_path: Path) -> None:
-        dyed = '<shape type="sphere"> <bsdf type="fluorescent"> <string name="material" value="poster-red"/> </bsdf> </shape>'
+        dyed = (
+            '<shape type="sphere"> <bsdf type="fluorescent">'
+            '<string name="material" value="poster-red"/> </bsdf> </shape>'
+        )
         with use_variant("scalar_spectral"):
             register_plugins()
             assert mi.load_file(str(write(tmp_path, SENSOR, SKY, dyed))) is not None
@@ -240,14 +256,15 @@ class TestPlugin:
     def test_a_misspelt_property_is_refused(self, tmp_path: Path) -> None:
         """By stock Mitsuba, and by us: a dye that is silently left out would be the worst of all."""
         wrong = self.DYED.replace('name="emission"', 'name="emision"')
-        with pytest.raises(Exception, match="emision|belong together"):
+        with pytest.raises(Exception, match=r"emision|belong together"):
             load_scene(write(tmp_path, SENSOR, SKY, wrong))
 
 
 class TestCameras:
     @pytest.mark.parametrize("plugin", ["perspective", "thinlens", "orthographic"])
     def test_all_see_what_stock_mitsuba_sees(self, plugin: str, tmp_path: Path) -> None:
-        """A lamp of radiance 1 and 3 in two halves, seen directly: noise only at edges and, out of focus, everywhere."""
+        """A lamp of radiance 1 and 3 in two halves, seen directly: noise at edges only and where out of
+        focus."""
         extra = {
             "thinlens": '<float name="aperture_radius" value="0.5"/> <float name="focus_distance" value="3"/>'
         }.get(plugin, "")
@@ -256,7 +273,8 @@ class TestCameras:
             '<float name="fov" value="40"/>', fov + extra
         )
         lamps = "".join(
-            f"""<shape type="rectangle"> <transform name="to_world"> <scale x="0.4" y="0.7"/> <translate x="{x}" y="0.2"/> </transform>
+            f"""<shape type="rectangle"> <transform name="to_world"> <scale x="0.4" y="0.7"/>
+                <translate x="{x}" y="0.2"/> </transform>
             <emitter type="area"> <spectrum name="radiance" value="{value}"/> </emitter> </shape>"""
             for x, value in ((-0.4, 1.0), (0.4, 3.0))
         )
@@ -268,7 +286,8 @@ class TestCameras:
                     mi.load_file(str(path)), spp=4096, seed=2, integrator=mi.load_dict({"type": "path"})
                 )
             )[..., 0]
-        # one sample scatters by up to 1.5 where the two lamps meet: 4096 know both to 0.023, the largest of 96 is 4 times that
+        # One sample scatters by up to 1.5 where lamps meet: 4096 know both to 0.023 and the largest of 96 is
+        # 4 times that.
         np.testing.assert_allclose(ours.total().values[..., 0], stock, atol=0.14)
         assert abs(ours.total().values[..., 0].mean() - stock.mean()) < 0.01
         assert ours.total().values[..., 0].max() > 2
@@ -276,10 +295,12 @@ class TestCameras:
     def test_crop_window(self, tmp_path: Path) -> None:
         crop = SENSOR.replace(
             '<rfilter type="box"/>',
-            '<integer name="crop_width" value="5"/> <integer name="crop_height" value="3"/> <integer name="crop_offset_x" value="6"/>'
+            '<integer name="crop_width" value="5"/> <integer name="crop_height" value="3"/>'
+            '<integer name="crop_offset_x" value="6"/>'
             '<integer name="crop_offset_y" value="2"/> <rfilter type="box"/>',
         )
-        lamp = """<shape type="rectangle"> <transform name="to_world"> <translate x="1.7" y="0.3"/> </transform>
+        lamp = """<shape type="rectangle"> <transform name="to_world"> <translate x="1.7" y="0.3"/>
+            </transform>
             <emitter type="area"/> </shape>"""
         scene = load_scene(write(tmp_path, crop, lamp))
         assert (scene.settings.width, scene.settings.height) == (5, 3)
@@ -320,9 +341,11 @@ class TestCameras:
 
 class TestTraceScene:
     def test_rows_of_joined_meshes(self, tmp_path: Path) -> None:
-        """Six meshes of one to three triangles, each side a material of its own, may be traced as one mesh or not.
+        """Six meshes of one to three triangles, each side a material of its own, may be traced as one mesh
+        or not.
 
-        In light that comes straight along the line of sight each shows its own reflectance / pi, seen from the front and
+        In light that comes straight along the line of sight each shows its own reflectance / pi, seen from
+        the front and
         from the back.
         """
         shapes, front, back = "", {}, {}
@@ -334,14 +357,20 @@ class TestTraceScene:
             )
             (tmp_path / f"{k}.obj").write_text(text)
             front[f"f{k}"], back[f"b{k}"] = 0.1 + 0.1 * k, 0.9 - 0.1 * k
-            shapes += f"""<shape type="obj"> <string name="filename" value="{k}.obj"/> <boolean name="face_normals" value="{k < 3}"/>
-                <bsdf type="twosided"> <bsdf type="diffuse" id="f{k}"/> <bsdf type="diffuse" id="b{k}"/> </bsdf> </shape>""".lower()
+            shapes += f"""<shape type="obj"> <string name="filename" value="{k}.obj"/>
+                <boolean name="face_normals" value="{k < 3}"/>
+                <bsdf type="twosided"> <bsdf type="diffuse" id="f{k}"/> <bsdf type="diffuse" id="b{k}"/>
+                </bsdf> </shape>""".lower()
         grey = {name: Material(name, Spectrum.constant(value)) for name, value in {**front, **back}.items()}
         for z, expected in ((5, list(front.values())), (-5, list(back.values())[::-1])):
             camera = f"""<sensor type="orthographic"> <transform name="to_world"> <scale x="3" y="3"/>
                 <lookat origin="0, 0, {z}" target="0, 0, 0" up="0, 1, 0"/> </transform>
-                <film type="hdrfilm"> <integer name="width" value="6"/> <integer name="height" value="6"/> <rfilter type="box"/> </film> </sensor>"""
-            light = f'<emitter type="directional"> <vector name="direction" z="{-np.sign(z)}" x="0" y="0"/> </emitter>'
+                <film type="hdrfilm"> <integer name="width" value="6"/> <integer name="height" value="6"/>
+                <rfilter type="box"/> </film> </sensor>"""
+            light = (
+                '<emitter type="directional">'
+                f'<vector name="direction" z="{-np.sign(z)}" x="0" y="0"/> </emitter>'
+            )
             scene = load_scene(write(tmp_path, camera, light, shapes), materials=grey)
             image = render(scene, spp=4, max_depth=2, wavelengths=GRID).total().values[..., 0]
             seen = image[2] * np.pi
@@ -368,7 +397,8 @@ class TestImport:
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
     def test_mitsuba_may_be_imported_first(self) -> None:
-        """Dr.Jit loads LLVM when it is imported. If that is one too old for it, it would abort the process."""
+        """Dr.Jit loads LLVM when it is imported. If that is one too old for it, it would abort the
+        process."""
         done = self.check(
             "import mitsuba, fluorspar\n"
             "try: print(fluorspar.render('furnace', size=(4, 4), spp=1, wavelengths='400:700:100').shape)\n"
@@ -379,7 +409,8 @@ class TestImport:
 
 
 def test_switching_variants_often_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Mitsuba reloads its integrators with each switch; from the 144th on that would bring a warning of Dr.Jit's."""
+    """Mitsuba reloads its integrators with each switch; from the 144th on that would bring a warning of
+    Dr.Jit's."""
     with use_variant("scalar_rgb"), warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         monkeypatch.setattr("drjit.ast._syntax_counter", 1000)

@@ -17,7 +17,8 @@ FILM = '<sensor type="perspective"> <film type="hdrfilm"> <rfilter type="box"/> 
 
 
 def loaded(folder: Path, *, surface: str = "", light: str = "", matte: bool = False) -> Scene:
-    """A sphere with `surface` as its reflectance under a sky with `light` as its radiance, as XML properties."""
+    """A sphere with `surface` as its reflectance under a sky with `light` as its radiance, as XML
+    properties."""
     (folder / "scene.xml").write_text(
         f"""<scene version="3.0.0"> {FILM} <emitter type="constant"> {light} </emitter>
         <shape type="sphere" id="ball"> <bsdf type="diffuse"> {surface} </bsdf> </shape> </scene>"""
@@ -92,7 +93,8 @@ def test_file(tmp_path: Path) -> None:
     [
         ('type="uniform"> <float name="value" value="0.35"/>', {"type": "uniform", "value": 0.35}),
         (
-            'type="regular"> <float name="wavelength_min" value="400"/> <float name="wavelength_max" value="700"/>'
+            'type="regular"> <float name="wavelength_min" value="400"/>'
+            '<float name="wavelength_max" value="700"/>'
             '<string name="values" value="0.1, 0.5, 0.2, 0.4"/>',
             {
                 "type": "regular",
@@ -102,7 +104,8 @@ def test_file(tmp_path: Path) -> None:
             },
         ),
         (
-            'type="irregular"> <string name="wavelengths" value="400, 450, 700"/> <string name="values" value="0.1, 0.5, 0.2"/>',
+            'type="irregular"> <string name="wavelengths" value="400, 450, 700"/>'
+            '<string name="values" value="0.1, 0.5, 0.2"/>',
             {"type": "irregular", "wavelengths": "400, 450, 700", "values": "0.1, 0.5, 0.2"},
         ),
         (
@@ -161,12 +164,13 @@ def test_d65(tmp_path: Path) -> None:
 
 
 def test_a_texture_that_varies(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="(?s)'checkerboard' varies"):
+    with pytest.raises(SceneError, match=r"(?s)'checkerboard' varies"):
         reflectance(tmp_path, '<texture name="reflectance" type="checkerboard"/>')
 
 
 class TestMatte:
-    """`--matte`: what is not matte, or varies, becomes a diffuse surface of its average, with a warning each."""
+    """`--matte`: what is not matte, or varies, becomes a diffuse surface of its average, with a warning
+    each."""
 
     def test_texture(self, tmp_path: Path) -> None:
         checks = """<texture name="reflectance" type="checkerboard">
@@ -188,7 +192,8 @@ class TestMatte:
     def test_plastic_reflects_less_than_all(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text(
             f"""<scene version="3.0.0"> {FILM} <emitter type="constant"/> <shape type="sphere" id="ball">
-            <bsdf type="plastic"> <spectrum name="diffuse_reflectance" value="0.5"/> </bsdf> </shape> </scene>"""
+            <bsdf type="plastic"> <spectrum name="diffuse_reflectance" value="0.5"/> </bsdf> </shape>
+            </scene>"""
         )
         with pytest.warns(ApproximationWarning, match="'ball'"):
             made = load_scene(tmp_path / "scene.xml", matte=True)
@@ -196,7 +201,8 @@ class TestMatte:
 
     def test_glossy_within_twosided(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text(
-            f"""<scene version="3.0.0"> {FILM} <emitter type="constant"/> <shape type="rectangle" id="sheet"> <bsdf type="twosided">
+            f"""<scene version="3.0.0"> {FILM} <emitter type="constant"/>
+                <shape type="rectangle" id="sheet"> <bsdf type="twosided">
             <bsdf type="roughplastic"/> </bsdf> </shape> </scene>"""
         )
         with pytest.warns(ApproximationWarning, match="'sheet'"):
@@ -212,7 +218,7 @@ class TestMatte:
             f"""<scene version="3.0.0"> {FILM} <shape type="sphere"/>
             <emitter type="envmap" id="sky"> <string name="filename" value="sky.exr"/> </emitter> </scene>"""
         )
-        with pytest.raises(SceneError, match="(?s)'envmap' is not supported.*--matte"):
+        with pytest.raises(SceneError, match=r"(?s)'envmap' is not supported.*--matte"):
             load_scene(tmp_path / "scene.xml")
         with pytest.warns(ApproximationWarning, match="'sky'"):
             (light,) = load_scene(tmp_path / "scene.xml", matte=True).lights

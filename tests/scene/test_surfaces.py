@@ -113,9 +113,11 @@ class TestRows:
             "# quantity: band\n# step: 100\n,400,500,600\n400,0.5,0,0\n500,0.2,0.4,0\n600,0.1,0.1,0.3\n"
         )
         (tmp_path / "scene.xml").write_text(
-            """<scene version="3.0.0"> <sensor type="perspective"> <film type="hdrfilm"> <rfilter type="box"/> </film> </sensor>
+            """<scene version="3.0.0"> <sensor type="perspective"> <film type="hdrfilm">
+                <rfilter type="box"/> </film> </sensor>
             <emitter type="constant"/> <shape type="sphere">
-            <bsdf type="fluorescent"> <string name="donaldson" value="sheet.csv"/> </bsdf> </shape> </scene>"""
+            <bsdf type="fluorescent"> <string name="donaldson" value="sheet.csv"/> </bsdf> </shape>
+            </scene>"""
         )
         (made,) = load_scene(tmp_path / "scene.xml").materials
         band = made.on(Wavelengths(400, 600, 100)).band()
@@ -130,10 +132,12 @@ class TestSides:
 
     def test_two_bsdfs_are_front_and_back(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text(
-            """<scene version="3.0.0"> <sensor type="perspective"> <film type="hdrfilm"> <rfilter type="box"/> </film> </sensor>
+            """<scene version="3.0.0"> <sensor type="perspective"> <film type="hdrfilm">
+                <rfilter type="box"/> </film> </sensor>
             <emitter type="constant"/> <shape type="rectangle" id="a"> <bsdf type="twosided">
             <bsdf type="diffuse"> <spectrum name="reflectance" value="0.1"/> </bsdf>
-            <bsdf type="diffuse"> <spectrum name="reflectance" value="0.8"/> </bsdf> </bsdf> </shape> </scene>"""
+            <bsdf type="diffuse"> <spectrum name="reflectance" value="0.8"/> </bsdf> </bsdf> </shape>
+            </scene>"""
         )
         made = load_scene(tmp_path / "scene.xml")
         assert reflectance(made, surface(made, "a").front) == pytest.approx(0.1)
@@ -224,11 +228,11 @@ class TestOverrides:
         assert [m.name for m in made.materials] == ["poster-red", "poster-red:0.5,white-85:0.5"]
 
     def test_unknown_id(self) -> None:
-        with pytest.raises(SceneError, match="(?s)'lft-wall'.*left-wall.*did you mean left-wall"):
+        with pytest.raises(SceneError, match=r"(?s)'lft-wall'.*left-wall.*did you mean left-wall"):
             scene(**{"left-wall": {"type": "sphere"}}, materials={"lft-wall": "poster-red"})
 
     def test_unknown_material(self) -> None:
-        with pytest.raises(MaterialError, match="(?s)poster-rad.*did you mean poster-red"):
+        with pytest.raises(MaterialError, match=r"(?s)poster-rad.*did you mean poster-red"):
             scene(a={"type": "sphere"}, materials={"a": "poster-rad"})
 
 
@@ -285,11 +289,13 @@ class TestLights:
 
 class TestUnsupported:
     def test_bsdf_is_named_with_its_shape(self) -> None:
-        with pytest.raises(SceneError, match="(?s)'roughplastic'.*'teapot'.*--matte"):
+        with pytest.raises(SceneError, match=r"(?s)'roughplastic'.*'teapot'.*--matte"):
             scene(teapot={"type": "sphere", "bsdf": {"type": "roughplastic"}})
 
     def test_texture_is_named_with_its_shape(self) -> None:
-        with pytest.raises(SceneError, match="(?s)'checkerboard' varies over the surface.*'teapot'.*--matte"):
+        with pytest.raises(
+            SceneError, match=r"(?s)'checkerboard' varies over the surface.*'teapot'.*--matte"
+        ):
             scene(
                 teapot={
                     "type": "sphere",
@@ -308,7 +314,7 @@ class TestUnsupported:
             scene(group=group, b={"type": "instance", "ref": {"type": "ref", "id": "group"}})
 
     def test_reflectance_above_1(self) -> None:
-        with pytest.raises(SpectrumError, match="(?s)greater than 1.*'teapot'"):
+        with pytest.raises(SpectrumError, match=r"(?s)greater than 1.*'teapot'"):
             scene(teapot={"type": "sphere", "bsdf": grey(1.2)})
 
     @pytest.mark.parametrize(
@@ -321,5 +327,5 @@ class TestUnsupported:
         ],
     )
     def test_contradictory_fluorescent_surfaces(self, given: dict[str, Any]) -> None:
-        with pytest.raises(MaterialError, match="(?s)(contradict|belong together).*'teapot'"):
+        with pytest.raises(MaterialError, match=r"(?s)(contradict|belong together).*'teapot'"):
             scene(teapot={"type": "sphere", "bsdf": {"type": "fluorescent", **given}})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -32,11 +32,11 @@ def compare(
     ],
     b: Annotated[str, typer.Argument(help="What is compared with it, of either kind.")],
     output: Annotated[
-        Optional[list[Path]],
+        list[Path] | None,
         typer.Option("-o", "--output", help="File to write: .json, .png, .html. May be repeated."),
     ] = None,
     points: Annotated[
-        Optional[Path], typer.Option(help="Points file: point, x, y (pixels) or point, x, y, z (scene).")
+        Path | None, typer.Option(help="Points file: point, x, y (pixels) or point, x, y, z (scene).")
     ] = None,
     match: Annotated[
         str,
@@ -45,7 +45,7 @@ def compare(
         ),
     ] = "none",
     white: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             metavar="POINT|ILLUMINANT", help="White of CIELAB. [default: the point of --match, or else D65]"
         ),
@@ -54,30 +54,30 @@ def compare(
         str, typer.Option(metavar="2|10", help="CIE 1931 (2) or CIE 1964 (10 degrees).")
     ] = "2",
     wavelengths: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(metavar="START:STOP:STEP", help="Grid in nm. [default: the coarser of both]"),
     ] = None,
     bandwidth_a: Annotated[
-        Optional[float], typer.Option(help="FWHM in nm of the bands of A; 0: samples.")
+        float | None, typer.Option(help="FWHM in nm of the bands of A; 0: samples.")
     ] = None,
     bandwidth_b: Annotated[
-        Optional[float], typer.Option(help="FWHM in nm of the bands of B; 0: samples.")
+        float | None, typer.Option(help="FWHM in nm of the bands of B; 0: samples.")
     ] = None,
     aperture: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"
         ),
     ] = None,
     scene: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(help="Scene of the images, for its camera. [default: the built-in they name]"),
     ] = None,
     component: Annotated[
-        Optional[str], typer.Option(help="Of images: a component, or single_bounce, reflected, luminescent.")
+        str | None, typer.Option(help="Of images: a component, or single_bounce, reflected, luminescent.")
     ] = None,
     fail_above: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option(
             metavar="NUMBER=LIMIT",
             help="Exit with 1 beyond a limit: rmse, rmse_max, de00, de00_max, bias, noise_z. May be repeated.",

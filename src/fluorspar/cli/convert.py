@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -24,12 +24,12 @@ def convert(
     source: Annotated[Path, typer.Argument(metavar="IN", help="A spectral image (.nc, .exr, .hdr).")],
     target: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .exr, .hdr, .png.")],
     component: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(help="Only a component, or the sum single_bounce, reflected, luminescent."),
     ] = None,
     total: Annotated[bool, typer.Option("--total", help="Only the sum of all components.")] = False,
     wavelengths: Annotated[
-        Optional[str], typer.Option(metavar="START:STOP:STEP", help="Other wavelengths, in nm.")
+        str | None, typer.Option(metavar="START:STOP:STEP", help="Other wavelengths, in nm.")
     ] = None,
     bandwidth: Annotated[
         float,

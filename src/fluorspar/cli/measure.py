@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -21,17 +21,17 @@ def measure(
         typer.Argument(help="Points file: point, x, y (pixels) or point, x, y, z (scene)[, white][, note]."),
     ],
     output: Annotated[
-        Optional[list[Path]],
+        list[Path] | None,
         typer.Option(
             "-o", "--output", help="File to write: .csv (tidy) or .png (a panel a point). May be repeated."
         ),
     ] = None,
     scene: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(help="Scene of the image, for its camera. [default: the built-in it names]"),
     ] = None,
     aperture: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"
         ),
@@ -43,7 +43,7 @@ def measure(
         str, typer.Option(metavar="none|luminance|POINT", help="By a white reference, or the mean luminance.")
     ] = "none",
     component: Annotated[
-        Optional[str], typer.Option(help="A component, or single_bounce, reflected, luminescent.")
+        str | None, typer.Option(help="A component, or single_bounce, reflected, luminescent.")
     ] = None,
 ) -> None:
     """Measure the spectra of points: mean under an aperture, with its standard error."""

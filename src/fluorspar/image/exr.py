@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from fluorspar.errors import ImageError, SpectrumError, message
 from fluorspar.image.appearance import appearance, linear_srgb
 from fluorspar.image.atomic import check_target, replacing
-from fluorspar.image.components import COMPONENTS
+from fluorspar.image.components import COMPONENTS, TOTAL
 from fluorspar.image.dataset import VARIABLES, add_up, grid_of, make_dataset, names_of, plain_attrs, values_of
+from fluorspar.image.foreign_exr import foreign_dataset
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ def write_exr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     described = {
         "attrs": plain_attrs(dataset.attrs),
         "wavelengths": [grid.start, grid.stop, grid.step],
-        "parts": [name for name, _, _ in _parts(dataset)],
+        "parts": [TOTAL] * (names_of(dataset) == (TOTAL,)) + [name for name, _, _ in _parts(dataset)],
     }
     header = {
         "compression": OpenEXR.ZIP_COMPRESSION,
@@ -94,7 +95,7 @@ def write_exr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     preview, exposure = _preview(dataset)
     first = {**header, "EV": float(np.log2(exposure)), _ATTRIBUTE: json.dumps(described, ensure_ascii=False)}
     channels = _spectral_channels(grid, add_up(dataset, names_of(dataset)))
-    parts = [OpenEXR.Part(first, {**channels, **preview}, "total")]
+    parts = [OpenEXR.Part(first, {**channels, **preview}, TOTAL)]
     for name, variable, component in _parts(dataset):
         values = values_of(dataset, variable, component=component)
         parts.append(OpenEXR.Part(dict(header), _spectral_channels(grid, values), name))
@@ -103,7 +104,7 @@ def write_exr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 
 def read_exr(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a multi-part spectral EXR file that Fluorspar wrote.
+    """Read a spectral EXR file, that of Fluorspar with its components, that of another program as it is.
 
     Parameters
     ----------
@@ -112,12 +113,13 @@ def read_exr(path: str | os.PathLike[str]) -> xr.Dataset:
     Returns
     -------
     Dataset
-        In memory. The preview and the total are left out: the total is the sum of the components.
+        In memory. The preview and the total are left out: the total is the sum of the components. A file of
+        another program is not split: its one component is `total`.
 
     Raises
     ------
     ImageError
-        If the file is missing, truncated, or not written by Fluorspar.
+        If the file is missing, truncated, or has no spectral channel.
 
     Examples
     --------
@@ -127,16 +129,20 @@ def read_exr(path: str | os.PathLike[str]) -> xr.Dataset:
     fluorspar.errors.ImageError: the image file does not exist
       where:    no-such-file.exr
     """
-    described, parts = _read_parts(Path(path))
+    described, all_parts = _read_parts(Path(path))
+    if described is None:
+        return foreign_dataset(all_parts, Path(path))
+    parts = {part.name(): part for part in all_parts}
     grid = Wavelengths(*described["wavelengths"])
     channels = [channel_name(wavelength) for wavelength in grid.values]
-    components = [name for name in COMPONENTS if name in described["parts"]]
+    known = (*COMPONENTS, TOTAL)
+    components = [name for name in known if name in described["parts"]]
     layers: dict[str, list[list[NDArray[np.float32]]]] = {variable: [] for variable in VARIABLES}
     for name in described["parts"]:
         if name not in parts or any(channel not in parts[name].channels for channel in channels):
             raise _damaged(Path(path), f"part {name!r} is incomplete")
         planes = [parts[name].channels[channel].pixels for channel in channels]
-        layers["radiance" if name in COMPONENTS else name.partition(".")[0]].append(planes)
+        layers["radiance" if name in known else name.partition(".")[0]].append(planes)
     arrays = {variable: _assembled(planes) for variable, planes in layers.items() if planes}
     return make_dataset(
         arrays["radiance"],
@@ -148,8 +154,8 @@ def read_exr(path: str | os.PathLike[str]) -> xr.Dataset:
     )
 
 
-def _read_parts(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What `write_exr` noted, and the parts of the file by name."""
+def _read_parts(path: Path) -> tuple[dict[str, Any] | None, list[Any]]:
+    """What `write_exr` noted, None in a file of another program, and the parts of the file."""
     import OpenEXR
 
     if not path.is_file():
@@ -164,7 +170,7 @@ def _read_parts(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             file = OpenEXR.File(str(path), separate_channels=True)
     except (RuntimeError, ValueError, OSError) as err:
         raise _damaged(path, str(err)) from err
-    return described, {part.name(): part for part in file.parts}
+    return described, list(file.parts)
 
 
 def _assembled(layers: list[list[NDArray[np.float32]]]) -> NDArray[np.float32]:
@@ -197,6 +203,8 @@ def _parts(dataset: xr.Dataset) -> Iterator[tuple[str, str, str | None]]:
                 yield variable, variable, None
                 continue
             for component in names_of(dataset):
+                if component == TOTAL:
+                    continue  # the first part holds it
                 yield (
                     (component if variable == "radiance" else f"{variable}.{component}"),
                     variable,
@@ -225,21 +233,23 @@ def _preview(dataset: xr.Dataset) -> tuple[dict[str, NDArray[np.float32]], float
     }, shown.exposure
 
 
-def _described(header: dict[str, Any], path: Path) -> dict[str, Any]:
-    """What `write_exr` noted in the header of the first part."""
+def _described(header: dict[str, Any], path: Path) -> dict[str, Any] | None:
+    """What `write_exr` noted in the header of the first part; None if there is no such note."""
+    if _ATTRIBUTE not in header:
+        return None
     try:
         described: dict[str, Any] = json.loads(header[_ATTRIBUTE])
         Wavelengths(*described["wavelengths"])
-        if set(described["parts"]) & set(COMPONENTS) and isinstance(described["attrs"], dict):
+        if set(described["parts"]) & {*COMPONENTS, TOTAL} and isinstance(described["attrs"], dict):
             return described
     except (KeyError, TypeError, ValueError, SpectrumError):
         pass
     raise ImageError(
         message(
-            "this is not a spectral image of Fluorspar",
+            "this is not a spectral image of Fluorspar, though it says so",
             where=path,
-            expected=f"a multi-part spectral EXR file with the attribute {_ATTRIBUTE!r}",
-            fix="read the total of other spectral EXR files with colour-science",
+            expected=f"what Fluorspar writes into the attribute {_ATTRIBUTE!r}",
+            fix="remove the attribute to have the file read as that of another program",
         )
     )
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import os
+import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +17,7 @@ from numpy.typing import NDArray
 from fluorspar.errors import ImageError, message
 from fluorspar.image.appearance import appearance, auto_exposure, show, xyz_of
 from fluorspar.image.atomic import replacing
-from fluorspar.image.components import definition, select
+from fluorspar.image.components import TOTAL, definition, select
 
 if TYPE_CHECKING:
     from fluorspar.image.spectral_image import SpectralImage
@@ -65,7 +67,7 @@ def write_png(
 
 
 def png_bytes(rgb: NDArray[np.uint8]) -> bytes:
-    """Encode an ndarray of shape (Y, X, 3) as PNG.
+    """Encode sRGB, an ndarray of shape (Y, X, 3), as PNG with the sRGB profile.
 
     Examples
     --------
@@ -75,8 +77,19 @@ def png_bytes(rgb: NDArray[np.uint8]) -> bytes:
     from PIL import Image
 
     stream = io.BytesIO()
-    Image.fromarray(rgb).save(stream, "PNG")
+    Image.fromarray(rgb).save(stream, "PNG", icc_profile=_srgb_profile())
     return stream.getvalue()
+
+
+@cache
+def _srgb_profile() -> bytes:
+    """The sRGB profile of Little CMS, with a fixed date, so that equal pictures are equal files."""
+    from PIL import ImageCms
+
+    profile = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
+    profile[24:36] = struct.pack(">6H", 2000, 1, 1, 0, 0, 0)
+    profile[84:100] = bytes(16)  # the checksum of the profile: 0 is "not computed"
+    return bytes(profile)
 
 
 def thumbnail(image: SpectralImage, longest: int = 512) -> NDArray[np.uint8]:
@@ -207,6 +220,8 @@ def _tiles(image: SpectralImage) -> list[_Tile]:
         _Tile("total", "Total", f"white is {_rounded(1 / reference)} cd/m²", show(total, reference).bytes)
     ]
     for name, values in xyz.items():
+        if name == TOTAL:
+            continue  # an image that is not split
         share = np.nansum(values[..., 1]) / whole if whole else 0.0
         factor = float(2.0 ** np.floor(np.log2(auto_exposure(values) / reference))) if share > 0 else 1.0
         times = f"× {factor:g}" if factor >= 1 else f"× 1/{1 / factor:g}"

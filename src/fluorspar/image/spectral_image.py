@@ -113,7 +113,9 @@ class SpectralImage:
 
     @classmethod
     def open(cls, path: str | os.PathLike[str]) -> SpectralImage:
-        """Open an image file: NetCDF (`.nc`, read when used) or spectral EXR (`.exr`, read at once).
+        """Open an image file: NetCDF (`.nc`, read when used), spectral EXR (`.exr`) or ENVI (`.hdr`, read at once).
+
+        EXR files of other programs and ENVI files hold an image that is not split: its one component is `total`.
 
         Parameters
         ----------
@@ -122,7 +124,7 @@ class SpectralImage:
         Raises
         ------
         ImageError
-            If the file is missing, truncated, of another kind, or not a spectral image of Fluorspar.
+            If the file is missing, truncated, of another kind, or not a spectral image.
 
         Examples
         --------
@@ -132,19 +134,23 @@ class SpectralImage:
         fluorspar.errors.ImageError: a spectral image cannot be read from this kind of file
           where:    room.png
           got:      .png
-          expected: .nc, .exr
+          expected: .nc, .exr, .hdr
         """
-        suffix = _suffix(path, (".nc", ".exr"), "read from")
+        suffix = _suffix(path, (".nc", ".exr", ".hdr"), "read from")
         if suffix == ".nc":
             from fluorspar.image.netcdf import read_netcdf
 
             return cls(read_netcdf(path))
+        if suffix == ".hdr":
+            from fluorspar.image.envi import read_envi
+
+            return cls(read_envi(path))
         from fluorspar.image.exr import read_exr
 
         return cls(read_exr(path))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the image: `.nc` and `.exr` without loss, `.png` as a picture of the total.
+        """Write the image: `.nc` and `.exr` without loss, the total to `.hdr` (ENVI), its picture to `.png`.
 
         Parameters
         ----------
@@ -165,7 +171,7 @@ class SpectralImage:
         >>> SpectralImage.open(path).shape
         (7, 4, 6, 69)
         """
-        suffix = _suffix(path, (".nc", ".exr", ".png"), "written to")
+        suffix = _suffix(path, (".nc", ".exr", ".hdr", ".png"), "written to")
         if suffix == ".nc":
             from fluorspar.image.netcdf import write_netcdf
 
@@ -174,6 +180,10 @@ class SpectralImage:
             from fluorspar.image.exr import write_exr
 
             write_exr(self.dataset, path)
+        elif suffix == ".hdr":
+            from fluorspar.image.envi import write_envi
+
+            write_envi(self.dataset, path)
         else:
             from fluorspar.image.picture import write_png
 

@@ -140,7 +140,8 @@ def _results(part: PointComparison | ImageComparison) -> dict[str, Any]:
 
 
 def _known(values: NDArray[np.floating]) -> NDArray[np.floating]:
-    return values[np.isfinite(values)]
+    known: NDArray[np.floating] = values[np.isfinite(values)]
+    return known
 
 
 def _mean(values: NDArray[np.floating]) -> float:
@@ -269,8 +270,10 @@ class Comparison:
             count = len(part.names) if isinstance(part, PointComparison) else found["pixels_compared"]
             lines.append(f"{count} {title}")
             for label, key, mean in (("E{RMSE}", "rmse", "rmse"), ("CIEDE2000", "de00", "de00_mean")):
-                numbers = f"{found[mean]:.5g}   (95 % below {found[key + '_95']:.4g}, greatest {found[key + '_max']:.4g})"
-                lines.append(f"  {label:<12} {numbers}")
+                below, greatest = found[f"{key}_95"], found[f"{key}_max"]
+                lines.append(
+                    f"  {label:<12} {found[mean]:.5g}   (95 % below {below:.4g}, greatest {greatest:.4g})"
+                )
             lines.append(f"  {'bias':<12} {100 * found['bias']:+.3g} %")
             if part.noise is not None:
                 lines.append(f"  {'noise':<12} {noise_sentence(part.noise)}")

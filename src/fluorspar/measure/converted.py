@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fluorspar.image.components import TOTAL, select
 from fluorspar.image.dataset import add_up, values_of
@@ -66,7 +67,7 @@ def converted(
     chosen = select(component, image.components)
     all_of_it = chosen == select(None, image.components)
 
-    def on_grid(values: np.ndarray, absolute: bool = False) -> np.ndarray:  # type: ignore[type-arg]
+    def on_grid(values: NDArray[np.float32], absolute: bool = False) -> NDArray[np.float32]:
         if weights is None:
             return values
         return np.asarray(values @ (np.abs(weights) if absolute else weights).T.astype(np.float32))
@@ -81,5 +82,7 @@ def converted(
     error = None
     if all_of_it and "standard_error" in image.dataset:
         error = on_grid(values_of(image.dataset, "standard_error"), absolute=True)
-    attrs = image.attrs | {"converted": "; ".join(filter(None, [str(image.attrs.get("converted", "")), *said]))}
+    attrs = image.attrs | {
+        "converted": "; ".join(filter(None, [str(image.attrs.get("converted", "")), *said]))
+    }
     return SpectralImage.from_arrays(np.stack(layers), grid, error, attrs, components=names)

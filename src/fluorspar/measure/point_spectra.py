@@ -262,24 +262,19 @@ def _tidy(
                 expected=", ".join(_TIDY),
             )
         )
+    fields = [name for name in header if name != "point"]
+    owners = [row[header.index("point")] for row in rows]
     try:
-        cells = [
-            (
-                row[header.index("point")],
-                *(float(row[header.index(name)]) for name in header if name != "point"),
-            )
-            for row in rows
-        ]
+        numbers = [[float(row[header.index(name)]) for name in fields] for row in rows]
     except ValueError as err:
         raise SpectrumError(message("a cell is not a number", where=path, got=err)) from err
-    fields = [name for name in header if name != "point"]
-    names = tuple(dict.fromkeys(str(cell[0]) for cell in cells))
-    at = {name: {} for name in names}  # type: dict[str, dict[float, tuple[float, ...]]]
-    for name, *numbers in cells:
-        at[str(name)][float(numbers[fields.index("wavelength")])] = tuple(map(float, numbers))
+    names = tuple(dict.fromkeys(owners))
+    at: dict[str, dict[float, list[float]]] = {name: {} for name in names}
+    for name, row in zip(owners, numbers, strict=True):
+        at[name][row[fields.index("wavelength")]] = row
     wavelengths = sorted(at[names[0]])
     for name in names:
-        if sorted(at[name]) != wavelengths or sum(cell[0] == name for cell in cells) != len(wavelengths):
+        if sorted(at[name]) != wavelengths or owners.count(name) != len(wavelengths):
             raise SpectrumError(
                 message(
                     "a point does not have the wavelengths of the first one, each once",

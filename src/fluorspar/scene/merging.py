@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["joinable", "join_meshes"]
+__all__ = ["join_meshes", "joinable"]
 
 
 def joinable(shape: Any) -> bool:

@@ -9,8 +9,8 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, SceneNotice, message
-from fluorspar.scene.nodes import build, children, kind, label
+from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, message
+from fluorspar.scene.nodes import children, kind, label
 from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, check_properties, material_of_spectra
 from fluorspar.scene.plugin_spectra import (
     SpatialVariation,

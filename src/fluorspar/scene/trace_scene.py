@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, message
-from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
 from fluorspar.scene.merging import join_meshes, joinable
+from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
 from fluorspar.scene.scene import Scene, film_node, sensor_node
 from fluorspar.scene.surfaces import ABSORBS, Surface
 

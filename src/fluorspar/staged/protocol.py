@@ -109,8 +109,10 @@ class Renderer(Protocol):
         scene
             Geometry, camera and size.
         array
-            Its patches take the place of the surface they are made of, reflectance included. Where the array
-            is a coarse copy (`array.copy`), black patches are added to the scene instead.
+            Its patches take the place of the surface they are made of, reflectance included. A renderer that
+            lets the faces of one mesh emit differently can load `array.mesh` as it is, face by face emission
+            of patch `array.patch`; others load the pieces `array.emitters()`. Where the array is a coarse
+            copy (`array.copy`), black patches are added to the scene instead.
         keep_object
             False: the emitting object reflects and hides nothing.
         """

@@ -1,0 +1,144 @@
+"""Ctrl-C: what is finished is written and marked as partial, exit code 130."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import GOOD, OLD, QUICK, CommandLine
+
+from fluorspar import SpectralImage
+from fluorspar.cli import console
+from fluorspar.progress import Progress
+
+PER_CHUNK = 16  # pixels, of 64
+
+
+@pytest.fixture
+def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Render 16 of the 64 pixels at a time."""
+    monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", PER_CHUNK * 4)
+
+
+def stop_at(pixels: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the user press Ctrl-C when so many pixels are done."""
+
+    @contextmanager
+    def progress_bar(what: str) -> Iterator[Progress]:
+        def report(done: int, total: int) -> None:
+            if done >= pixels:
+                raise KeyboardInterrupt
+
+        yield report
+
+    monkeypatch.setattr(console, "progress_bar", progress_bar)
+
+
+@pytest.mark.usefixtures("small_chunks")
+class TestInTheMiddle:
+    def test_all_formats(self, fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+        assert fluorspar.render(GOOD, "-o", "whole.nc").code == 0
+        stop_at(2 * PER_CHUNK, monkeypatch)
+        done = fluorspar.render(GOOD, "--pictures", "pictures")
+        assert done.code == 130
+        assert done.says("interrupted: 32 of 64 pixels are finished", "NaN")
+        assert not [name for name in fluorspar.files() if name.endswith(".tmp")]
+        with SpectralImage.open("whole.nc") as whole:
+            expected = whole.dataset.radiance.values
+            assert "partial" not in whole.attrs
+        for name in ("old.nc", "old.exr"):
+            with SpectralImage.open(name) as image:
+                assert image.attrs["partial"] == 1
+                radiance = image.dataset.radiance.values
+                np.testing.assert_array_equal(radiance[:, :4], expected[:, :4], "finished pixels are right")
+                assert np.isnan(radiance[:, 4:]).all(), "the others are marked"
+                assert np.isnan(image.dataset.standard_error.values[4:]).all()
+        assert Path("old.png").read_bytes()[1:4] == b"PNG"
+        assert Path("pictures/total.png").exists()
+
+    def test_told_by_info(self, fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+        stop_at(PER_CHUNK, monkeypatch)
+        fluorspar.render(GOOD)
+        assert "partial" in fluorspar("info", "old.nc").out
+
+    @pytest.mark.parametrize("name", ["old.exr", "old.png"])
+    def test_without_a_file_to_stream_to(
+        self, name: str, fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        stop_at(PER_CHUNK, monkeypatch)
+        fluorspar.write("scene.xml", GOOD)
+        assert fluorspar("render", "scene.xml", *QUICK, "-o", name).code == 130
+        assert Path(name).read_bytes() != OLD
+
+
+def test_before_anything_is_rendered(fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fluorspar.scene.scene.load_scene", interrupted)
+    fluorspar.write("scene.xml", GOOD)
+    before = fluorspar.files()
+    assert fluorspar.render(None).code == 130
+    assert fluorspar.files() == before
+
+
+def test_after_the_end_is_no_partial_image(fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C while the last pixels are on their way to the file: nothing is missing."""
+    stop_at(64, monkeypatch)
+    fluorspar.render(GOOD)
+    with SpectralImage.open("old.nc") as image:
+        assert "partial" not in image.attrs
+        assert np.isfinite(image.dataset.radiance.values).all()
+
+
+def test_signal(fluorspar: CommandLine) -> None:
+    """As the terminal does it: SIGINT to a process that would render for hours."""
+    # A process started in the background of a shell would ignore the signal.
+    program = """if True:
+        import signal
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        from fluorspar.cli.main import main
+        main()"""
+    command = [
+        "render",
+        "furnace",
+        "--spp",
+        "8192",
+        "--max-depth",
+        "3",
+        "--wavelengths",
+        "400:700:20",
+        "-o",
+        "old.nc",
+    ]
+    process = subprocess.Popen(
+        [sys.executable, "-c", program, *command],
+        cwd=fluorspar.folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        for _ in range(400):
+            if list(fluorspar.folder.glob(".old.nc.*")):
+                break
+            time.sleep(0.05)
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 130, err
+    assert "interrupted:" in err
+    assert "Traceback" not in err
+    assert sorted(fluorspar.files()) == ["old.exr", "old.nc", "old.png"]
+    with SpectralImage.open(fluorspar.folder / "old.nc") as image:
+        assert image.attrs["partial"] == 1
+        assert np.isnan(image.dataset.radiance.values).any()
