@@ -13,7 +13,9 @@ import fluorspar
 
 ROOT = Path(fluorspar.__file__).parent
 # Each layer may import from those before it. `paths` and `staged` do not know each other.
-LAYERS = ["errors", "progress", "spectral", "image", "scene", "paths", "staged", "render", "measure", "cli"]
+LAYERS = [
+    "errors", "progress", "spectral", "image", "scene", "paths", "staged", "render", "measure", "cli", "__main__",
+]  # fmt: skip
 MODULES = sorted(ROOT.rglob("*.py"))
 
 

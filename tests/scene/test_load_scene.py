@@ -292,6 +292,17 @@ class TestCameras:
         assert abs(ours.total().values[..., 0].mean() - stock.mean()) < 0.01
         assert ours.total().values[..., 0].max() > 2
 
+    def test_the_first_of_two_cameras(self, tmp_path: Path) -> None:
+        """Whatever their ids: the first looks at the lamp, the second away from it."""
+        first = SENSOR.replace('<sensor type="perspective">', '<sensor type="perspective" id="z">')
+        second = SENSOR.replace('<sensor type="perspective">', '<sensor type="perspective" id="a">').replace(
+            'target="0, 0, 0"', 'target="0, 0, 9"'
+        )
+        lamp = '<shape type="rectangle"> <emitter type="area"/> </shape>'
+        with pytest.warns(SceneNotice, match="2 sensors; the first one, 'z'"):
+            scene = load_scene(write(tmp_path, first, second, lamp))
+        assert render(scene, wavelengths=GRID).component("source").values.any()
+
     def test_crop_window(self, tmp_path: Path) -> None:
         crop = SENSOR.replace(
             '<rfilter type="box"/>',

@@ -144,6 +144,9 @@ def compare(
 
     scale, mean_a, mean_b, said = _matched(pair, images, common.grid, inside, match, observer)
     notes.append(said)
+    scale_error = _scale_error(pair, inside, match)
+    if scale_error:
+        notes.append(f"The noise of point {match} makes that factor uncertain by {100 * scale_error:.2g} %.")
     exposure = _exposure(images[0]) if images else 1.0
     chosen, said = _white(pair.a, white, match, common.grid, observer, 1 / exposure if images else None)
     notes.append(said)
@@ -157,8 +160,8 @@ def compare(
     )
     compared = None
     if pair.a is not None and pair.b is not None:
-        compared = _compare_points(pair.a, pair.b, inside, results)
-    maps = compare_images(*images, inside, results, exposure) if images else None
+        compared = _compare_points(pair.a, pair.b, inside, results, scale_error)
+    maps = compare_images(*images, inside, results, exposure, scale_error) if images else None
     if maps is not None:
         notes.append(
             f"Pictures: sRGB, both with {1 / exposure:.4g} cd/m2 as white; the white is D65, no adaptation."
@@ -302,6 +305,18 @@ def _matched(
     return scale, mean_a, mean_b, f"{said}: {mean_a:.6g} and {mean_b:.6g}, so B counts {scale:.6g} times."
 
 
+def _scale_error(pair: _Pair, inside: NDArray[np.bool_], match: str) -> float:
+    """Relative standard error of the factor that matches the scales at a point; bands fully correlated."""
+    if match in ("none", "luminance"):
+        return 0.0
+    squares = 0.0
+    for table in (pair.a, pair.b):
+        if table is not None and table.standard_error is not None:
+            error = table.standard_error[table.index(match)][inside].mean()
+            squares += float(error / table.at(match)[inside].mean()) ** 2
+    return float(np.sqrt(squares))
+
+
 def _exposure(side: ImageSide) -> float:
     """The exposure of the pictures: that of A without visible lamps, as `SpectralImage.srgb` has it."""
     image = side.image
@@ -337,7 +352,7 @@ def _white(
 
 
 def _compare_points(
-    a: PointSpectra, b: PointSpectra, inside: NDArray[np.bool_], done: Comparison
+    a: PointSpectra, b: PointSpectra, inside: NDArray[np.bool_], done: Comparison, scale_error: float
 ) -> PointComparison:
     matched = b.radiance * done.scale
     difference = matched - a.radiance
@@ -359,6 +374,9 @@ def _compare_points(
             difference.mean(axis=1),
             np.sqrt(variance).mean(axis=1),
             " and ".join(name for name, _ in errors),
+            scale_error=scale_error,
+            levels=matched.mean(axis=1),
+            level_squares=np.sum(matched**2, axis=1),
         )
     return PointComparison(
         a.names,

@@ -60,7 +60,12 @@ def mean_of_images(a: ImageSide, b: ImageSide) -> tuple[Array, Array]:
 
 
 def compare_images(
-    a: ImageSide, b: ImageSide, inside: NDArray[np.bool_], done: Comparison, exposure: float
+    a: ImageSide,
+    b: ImageSide,
+    inside: NDArray[np.bool_],
+    done: Comparison,
+    exposure: float,
+    scale_error: float = 0.0,
 ) -> ImageComparison:
     """Compare two images.
 
@@ -74,6 +79,8 @@ def compare_images(
         With the grid, the scale, the divisors and the white.
     exposure : float
         Of the pictures, m2/cd, in the scale of A.
+    scale_error : float
+        Relative standard error of the scale.
 
     Returns
     -------
@@ -81,7 +88,9 @@ def compare_images(
     """
     width, height = a.image.size
     maps = {name: np.full((height, width), np.nan, np.float32) for name in ("rmse", "de00")}
-    squares, variances, means, mean_errors = (np.full((height, width), np.nan) for _ in range(4))
+    squares, variances, means, mean_errors, levels, level_squares = (
+        np.full((height, width), np.nan) for _ in range(6)
+    )
     pictures = [np.zeros((height, width, 3), np.uint8) for _ in range(2)]
     signed = np.zeros((height, width, 3), np.float32)
     bands = len(done.grid)
@@ -118,13 +127,24 @@ def compare_images(
                     variance += np.square(side.errors(rows) * factor)
             squares[rows] = np.einsum("yxn,yxn->yx", difference, difference, dtype=np.float64)
             variances[rows] = variance.sum(axis=-1, dtype=np.float64)
+            levels[rows] = second.mean(axis=-1, dtype=np.float64)
+            level_squares[rows] = np.einsum("yxn,yxn->yx", second, second, dtype=np.float64)
             means[rows] = difference.mean(axis=-1, dtype=np.float64)
             mean_errors[rows] = np.sqrt(variance).mean(axis=-1, dtype=np.float64)
     if count == 0:
         raise ImageError(message("there is no pixel that both images have"))
     noise = None
     if known_of:
-        noise = explained_by_noise(squares, variances, means, mean_errors, " and ".join(known_of))
+        noise = explained_by_noise(
+            squares,
+            variances,
+            means,
+            mean_errors,
+            " and ".join(known_of),
+            scale_error=scale_error,
+            levels=levels,
+            level_squares=level_squares,
+        )
     with np.errstate(divide="ignore", invalid="ignore"):
         error, bias = absolute / sum_a, difference_sum / sum_a
     return ImageComparison(

@@ -23,8 +23,8 @@ __all__ = [
     "comparison_figure",
     "encode",
     "maps_figure",
-    "pictures_figure",
     "points_figure",
+    "signed_picture",
     "spectra_figure",
     "write_figure",
 ]
@@ -46,6 +46,7 @@ _STYLE = {
 }
 _COLUMNS = 5
 _MAP_PIXELS = 1024
+_TOP = 98  # percentile at which colour bars end: a lamp may well be one per cent of the pixels
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -118,7 +119,7 @@ def _spectra(spectra: PointSpectra) -> Figure:
         error = None if spectra.standard_error is None else spectra.standard_error[p]
         _line(panel, spectra.grid.values, spectra.radiance[p], error, _A, "")
         said = "" if luminances is None else f"   {luminances[p]:.4g} cd/m²"
-        panel.set_title(f"{spectra.names[p]}{said}", loc="left")
+        panel.set_title(f"{spectra.names[p]}{said}", loc="left", fontsize=7.0)
     _label(figure, panels, _unit_label(spectra.unit))
     return figure
 
@@ -149,8 +150,8 @@ def _points(comparison: Comparison) -> Figure:
             (found.b, found.error_b, comparison.mean_b, _B, "B"),
         ):
             _line(panel, at, values[p] / mean, None if error is None else error[p] / mean, colour, name)
-        title = f"{found.names[p]}   RMSE {found.rmse[p]:.3g}   ΔE$_{{00}}$ {found.de00[p]:.2g}"
-        panel.set_title(title, loc="left", fontsize=7.0)
+        numbers = f"RMSE {found.rmse[p]:.3f}, ΔE$_{{00}}$ {found.de00[p]:.2f}"
+        panel.set_title(f"{found.names[p]}\n{numbers}", loc="left", fontsize=7.0)
     _label(figure, panels, "radiance, normalised")
     handles, labels = panels[0].get_legend_handles_labels()
     names = {"A": f"A: {_short(comparison.title_a)}", "B": f"B: {_short(comparison.title_b)}"}
@@ -160,8 +161,19 @@ def _points(comparison: Comparison) -> Figure:
     return figure
 
 
-def pictures_figure(comparison: Comparison) -> Figure:
-    """Draw both images at one exposure, and the signed difference of their displayed R, G, B.
+def signed_picture(found: ImageComparison) -> tuple[NDArray[np.uint8], float]:
+    """Show the signed difference of displayed R, G, B around grey, as in the paper's Figure 29.
+
+    Parameters
+    ----------
+    found : ImageComparison
+
+    Returns
+    -------
+    picture : ndarray of shape (Y, X, 3)
+        uint8: grey + factor (B - A).
+    factor : float
+        A power of two, such that all but the greatest differences fit.
 
     Examples
     --------
@@ -169,27 +181,13 @@ def pictures_figure(comparison: Comparison) -> Figure:
     >>> from fluorspar.measure.compare import compare
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
-    >>> pictures_figure(compare(image, image)).axes[0].get_title(loc="left")
-    'A: an image'
+    >>> picture, factor = signed_picture(compare(image, image).images)
+    >>> picture[0, 0]
+    array([128, 128, 128], dtype=uint8)
     """
-    return _styled(_pictures, _images(comparison), comparison)
-
-
-def _pictures(found: ImageComparison, comparison: Comparison) -> Figure:
-    figure = _sized(found, 3)
-    panels = figure.subplots(1, 3)
-    gain = _gain(found.rgb_difference)
-    signed = np.clip(0.5 + 0.5 * gain * found.rgb_difference, 0, 1)
-    titles = (
-        f"A: {_short(comparison.title_a)}",
-        f"B: {_short(comparison.title_b)}",
-        f"grey + {gain / 2:g} (B − A)",
-    )
-    for panel, picture, title in zip(panels, (found.rgb_a, found.rgb_b, signed), titles, strict=True):
-        panel.imshow(_thin(picture), interpolation="nearest")
-        panel.set_title(title, loc="left")
-        panel.set_axis_off()
-    return figure
+    factor = _gain(found.rgb_difference) / 2
+    signed = np.clip(0.5 + factor * found.rgb_difference, 0, 1)
+    return np.asarray(255 * signed + 0.5, np.uint8), factor
 
 
 def maps_figure(comparison: Comparison) -> Figure:
@@ -210,18 +208,9 @@ def maps_figure(comparison: Comparison) -> Figure:
 def _maps(found: ImageComparison) -> Figure:
     figure = _sized(found, 3, rows=2, bars=True)
     panels = figure.subplots(2, 3).ravel()
-    limit = max(float(np.percentile(np.abs(found.rgb_difference), 99.5)), 1 / 255)
-    # the most saturated pixels would take the range away from all others
-    magnitudes: list[tuple[str, NDArray[Any]]] = [
-        ("CIEDE2000", found.de00),
-        ("RMSE (Eq. 14, of each pixel)", found.rmse),
-    ]
-    for panel, (title, values) in zip(panels, magnitudes, strict=False):
-        high = float(np.nanpercentile(values, 99.5)) or 1e-6
-        drawn = panel.imshow(_thin(values), cmap="magma", vmin=0, vmax=high, interpolation="nearest")
-        over = bool(np.nanmax(values) > high)
-        figure.colorbar(drawn, ax=panel, shrink=0.9, pad=0.02, extend="max" if over else "neither")
-        panel.set_title(title, loc="left")
+    limit = max(float(np.percentile(np.abs(found.rgb_difference), _TOP)), 1 / 255)
+    _magnitude(figure, panels[0], found.de00, "CIEDE2000")
+    _magnitude(figure, panels[1], found.rmse, "RMSE (Eq. 14)")
     for panel, index, name in zip(panels[3:], range(3), "RGB", strict=True):
         drawn = panel.imshow(
             _thin(found.rgb_difference[..., index]),
@@ -235,17 +224,18 @@ def _maps(found: ImageComparison) -> Figure:
     for panel in panels:
         panel.set_axis_off()
     panels[2].set_axis_on()
-    _histogram(panels[2], found.de00)
+    _histogram(panels[2], found)
     return figure
 
 
-def _histogram(panel: Axes, de00: NDArray[np.float32]) -> None:
-    values = np.sort(de00[np.isfinite(de00)])
+def _histogram(panel: Axes, found: ImageComparison) -> None:
+    values = found.de00[np.isfinite(found.de00)]
     share = np.linspace(0, 100, min(len(values), 1000))
     panel.plot(np.percentile(values, share), share, color=_A)
-    panel.set(xlabel="CIEDE2000", ylabel="pixels below, %", ylim=(0, 100))
-    panel.set_xlim(0, max(float(np.percentile(values, 99.5)), 1e-6))
-    panel.set_title("share of the pixels", loc="left")
+    panel.set(xlabel="CIEDE2000", ylim=(0, 100))
+    panel.set_xlim(0, max(float(np.percentile(values, _TOP)), 1e-6))
+    panel.set_title("pixels below, %", loc="left")
+    panel.set_box_aspect(found.rmse.shape[0] / found.rmse.shape[1])
     panel.grid(linewidth=0.3)
 
 
@@ -285,8 +275,8 @@ def comparison_figure(comparison: Comparison) -> Figure:
     >>> from fluorspar.measure.compare import compare
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
-    >>> len(comparison_figure(compare(image, image)).axes)
-    6
+    >>> len(comparison_figure(compare(image, image)).axes)  # six panels and two colour bars
+    8
     """
     if comparison.points is not None:
         return points_figure(comparison)
@@ -294,25 +284,32 @@ def comparison_figure(comparison: Comparison) -> Figure:
 
 
 def _overview(found: ImageComparison, comparison: Comparison) -> Figure:
-    figure = _sized(found, 4, bars=True)
-    panels = figure.subplots(1, 4)
-    for panel, picture, title in (
-        (panels[0], found.rgb_a, f"A: {_short(comparison.title_a)}"),
-        (panels[1], found.rgb_b, f"B: {_short(comparison.title_b)}"),
-    ):
+    figure = _sized(found, 3, rows=2, bars=True)
+    panels = figure.subplots(2, 3).ravel()
+    signed, factor = signed_picture(found)
+    shown = (
+        (found.rgb_a, f"A: {_short(comparison.title_a)}"),
+        (found.rgb_b, f"B: {_short(comparison.title_b)}"),
+        (signed, f"grey + {factor:g} (B − A)"),
+    )
+    for panel, (picture, title) in zip(panels[:3], shown, strict=True):
         panel.imshow(_thin(picture), interpolation="nearest")
         panel.set_title(title, loc="left")
-    for panel, values, title in (
-        (panels[2], found.de00, "CIEDE2000"),
-        (panels[3], found.rmse, "RMSE (Eq. 14)"),
-    ):
-        high = float(np.nanpercentile(values, 99.5)) or 1e-6
-        drawn = panel.imshow(_thin(values), cmap="magma", vmin=0, vmax=high, interpolation="nearest")
-        figure.colorbar(drawn, ax=panel, location="bottom", shrink=0.9, pad=0.02, extend="max")
-        panel.set_title(title, loc="left")
-    for panel in panels:
+    _magnitude(figure, panels[3], found.de00, "CIEDE2000")
+    _magnitude(figure, panels[4], found.rmse, "RMSE (Eq. 14)")
+    for panel in panels[:5]:
         panel.set_axis_off()
+    _histogram(panels[5], found)
     return figure
+
+
+def _magnitude(figure: Figure, panel: Axes, values: NDArray[np.float32], title: str) -> None:
+    """A map from 0 on; the most different pixels, such as those of a lamp, must not take all of its colours."""
+    greatest = float(np.nanmax(values))
+    high = float(np.nanpercentile(values, _TOP)) or greatest or 1e-6
+    drawn = panel.imshow(_thin(values), cmap="magma", vmin=0, vmax=high, interpolation="nearest")
+    figure.colorbar(drawn, ax=panel, shrink=0.9, pad=0.02, extend="max" if greatest > high else "neither")
+    panel.set_title(title, loc="left")
 
 
 def _images(comparison: Comparison) -> ImageComparison:

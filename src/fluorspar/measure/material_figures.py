@@ -12,6 +12,7 @@ from fluorspar.errors import ExtrapolationWarning
 from fluorspar.spectral.fitting import MaterialFit
 from fluorspar.spectral.lamp_colour import LampColour, colour_under_lamp
 from fluorspar.spectral.material import Material
+from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ __all__ = ["fit_figure", "lamp_figure", "material_figure"]
 Array = NDArray[np.float64]
 
 # Okabe and Ito's colours, which most colour-blind readers can tell apart
-_BLUE, _RED, _GREEN, _INK = "#0072B2", "#D55E00", "#009E73", "0.15"
+_BLUE, _RED, _INK = "#0072B2", "#D55E00", "0.15"
+_DOTS: dict[str, Any] = {"color": "0.55", "marker": ".", "linestyle": "", "markersize": 3}
+_SAME = 1e-6  # nm
 _DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (5, 1, 1, 1)))  # of the first, second, ... fluorophore
 _WIDE = Wavelengths(300, 780, 5)
 _STYLE = {
@@ -122,66 +125,59 @@ def _material(material: Material) -> Figure:
 def _fit(fit: MaterialFit) -> Figure:
     measured, material = fit.measured, fit.material
     em, ex = measured.emission, measured.excitation
-    own = Wavelengths(min(em[0], ex[0]), max(em[-1], ex[-1]), measured.step)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
-        whole = material.on(own).density()
-    rows, columns = ((own.values >= a[0] - 1e-6) & (own.values <= a[-1] + 1e-6) for a in (em, ex))
-    fitted = whole[np.ix_(rows, columns)]
-    below = em[:, None] > ex[None, :] + 1e-6
-    limit = float(np.percentile(fitted[below], 99.8)) if fitted.any() else 3 * fit.noise.white / measured.step
-    residual = np.where(em[:, None] == ex[None, :], 0.0, measured.density - fitted)
-    figure = _new(7.2, 4.5)
+    fitted = _fitted(fit)
+    noise = fit.noise.white / measured.step
+    limit = float(np.percentile(fitted[fitted > 0], 99)) if fitted.any() else 4 * noise
+    figure = _new(7.2, 4.4)
     panels = figure.subplots(2, 3)
-    _matrix(panels[0, 0], measured.density, ex, em, "measured", limit, bar=False)
-    _matrix(panels[0, 1], np.where(below, fitted, 0.0), ex, em, f"fit, {_rank(fit.rank)}", limit)
-    scale = max(4 * fit.noise.white / measured.step, 1e-9)
-    _matrix(panels[0, 2], residual, ex, em, "measured − fit", scale, signed=True)
-    panels[1, 0].plot(*_line(measured.reflectance), ".", color="0.6", markersize=3, label="measured")
+    _matrix(panels[0, 0], measured.density, ex, em, "measured", limit, bar="inside")
+    _matrix(panels[0, 1], fitted, ex, em, f"fit: {_rank(fit.rank)}", limit, bar="inside")
+    residual = np.where(np.abs(em[:, None] - ex[None, :]) < _SAME, 0.0, measured.density - fitted)
+    _matrix(panels[0, 2], residual, ex, em, "measured − fit", 4 * noise, signed=True)
+    panels[1, 0].plot(*_line(measured.reflectance), label="measured", **_DOTS)
     panels[1, 0].plot(*_line(material.reflectance), color=_INK, label="fit")
-    _finish(panels[1, 0], "reflectance S", "S")
-    panels[1, 0].set_xlim(em[0], em[-1])
+    _finish(panels[1, 0], "reflectance S", em)
     if fit.rank:
         _factors(panels[1, 1], material)
     else:
         panels[1, 1].set_axis_off()
         panels[1, 1].text(0.5, 0.5, "not fluorescent", ha="center", va="center")
-    seen = Material.from_matrix(material.name, measured)
-    for sample, style, label in (
-        (seen, {"color": "0.6", "marker": ".", "linestyle": ""}, "measured"),
-        (material, {"color": _INK}, "fit"),
+    own = Wavelengths(min(em[0], ex[0]), max(em[-1], ex[-1]), measured.step)
+    for sample, style in (
+        (Material.from_matrix(material.name, measured), _DOTS | {"label": "measured"}),
+        (material, {"color": _INK, "label": "fit"}),
     ):
-        shown = _daylight(sample, Wavelengths(own.start, own.stop, own.step))
-        inside = (shown.grid.values >= em[0]) & (shown.grid.values <= em[-1])
-        panels[1, 2].plot(
-            shown.grid.values[inside], shown.radiance_factor[inside], markersize=3, label=label, **style
-        )
-    _finish(panels[1, 2], "total radiance factor under D65", "radiance factor")
-    panels[1, 2].set_xlim(em[0], em[-1])
+        shown = _daylight(sample, own)
+        inside = (own.values >= em[0] - _SAME) & (own.values <= em[-1] + _SAME)
+        panels[1, 2].plot(own.values[inside], shown.radiance_factor[inside], **style)
+    _finish(panels[1, 2], "radiance factor under D65", em)
     return figure
 
 
+def _fitted(fit: MaterialFit) -> Array:
+    """D_L of the fit in the cells of the measurement, 1/nm; 0 in the cells that hold S."""
+    em, ex, step = fit.measured.emission, fit.measured.excitation, fit.measured.step
+    own = Wavelengths(min(em[0], ex[0]), max(em[-1], ex[-1]), step)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        density = fit.material.on(own).density()
+    rows, columns = (np.round((at - own.start) / step).astype(int) for at in (em, ex))
+    return np.asarray(np.tril(density, -1)[np.ix_(rows, columns)])
+
+
 def _lamp(colour: LampColour, name: str) -> Figure:
-    figure = _new(3.6, 2.6)
+    from textwrap import fill
+
+    figure = _new(3.6, 2.7)
     panel = figure.subplots()
-    w, light = colour.grid.values, colour.light
-    beside = panel.twinx()
-    beside.fill_between(w, light / light.max(), color="0.88", linewidth=0)
-    beside.set(ylim=(0, 1.02), yticks=[], ylabel="")
-    panel.set_zorder(beside.get_zorder() + 1)
-    panel.patch.set_visible(False)
     _parts(panel, colour)
-    panel.set_title(f"{name} under {colour.lamp.removeprefix('illuminant ')}", loc="left", fontsize=7.5)
-    panel.text(
-        0.99,
-        0.02,
-        "grey: the lamp",
-        transform=panel.transAxes,
-        ha="right",
-        va="bottom",
-        fontsize=6.5,
-        color="0.45",
+    share = 0.85 * colour.light / colour.light.max()
+    panel.fill_between(
+        colour.grid.values, share * panel.get_ylim()[1], color="0.87", linewidth=0, zorder=0, label="lamp"
     )
+    panel.set_ylim(0, 1.12 * panel.get_ylim()[1])
+    _legend(panel, 3)
+    panel.set_title(fill(f"{name}, {colour.lamp}", 62), loc="left", fontsize=7.0)
     return figure
 
 
@@ -192,9 +188,9 @@ def _shown(panel: Axes, colour: LampColour, name: str) -> None:
     _parts(panel, colour)
     panel.set_title(f"     {name}, under D65", loc="left")
     patch = Rectangle(
-        (0.0, 1.025),
+        (0.0, 1.03),
         0.055,
-        0.07,
+        0.065,
         transform=panel.transAxes,
         clip_on=False,
         facecolor=tuple(float(c) for c in colour.srgb),
@@ -210,43 +206,27 @@ def _parts(panel: Axes, colour: LampColour) -> None:
     if np.any(total > S + 1e-4):
         panel.fill_between(w, S, total, color=_RED, alpha=0.25, linewidth=0)
         panel.plot(w, total, color=_RED, label="total")
-    panel.plot(w, S, color=_INK, label="reflectance S")
-    _finish(panel, "", "radiance factor")
-    panel.set_xlim(w[0], w[-1])
+    panel.plot(w, S, color=_INK, label="reflected, S")
+    panel.set_ylabel("radiance factor")
+    _finish(panel, "", w)
 
 
 def _factors(panel: Axes, material: Material) -> None:
-    """alpha on the left, beta on the right scale, both from 0."""
+    """Draw alpha on the left, beta on the right scale, both from 0."""
     beside = panel.twinx()
     several = len(material.fluorophores) > 1
     for k, dye in enumerate(material.fluorophores):
-        index, dash = (f"$_{{{k + 1}}}$" if several else ""), _DASHES[k % len(_DASHES)]
-        (a,) = panel.plot(*_line(dye.emission), color=_RED, linestyle=dash, label=f"emission α{index}")
-        (b,) = beside.plot(
-            *_scaled(dye.excitation, 1e3), color=_BLUE, linestyle=dash, label=f"excitation β{index}"
-        )
-        if not several:
-            panel.fill_between(*_line(dye.emission), color=_RED, alpha=0.15, linewidth=0)
-            beside.fill_between(*_scaled(dye.excitation, 1e3), color=_BLUE, alpha=0.15, linewidth=0)
-    lines = [*beside.get_lines(), *panel.get_lines()]
-    _finish(panel, "", "α", legend=False)
-    beside.set_ylim(0, beside.get_ylim()[1])
-    beside.set_ylabel("β, 10$^{-3}$ / nm", color=_BLUE)
-    panel.yaxis.label.set_color(_RED)
-    top = panel.get_ylim()[1]
-    panel.set_ylim(0, top * 1.18)  # room for the legend
-    beside.set_ylim(0, beside.get_ylim()[1] * 1.18)
-    panel.legend(
-        lines,
-        [str(line.get_label()) for line in lines],
-        frameon=False,
-        ncols=2,
-        loc="upper left",
-        borderaxespad=0.2,
-        columnspacing=1.0,
-        handlelength=1.6,
-    )
-    panel.set_xlim(_WIDE.start, _WIDE.stop)
+        dash = _DASHES[k % len(_DASHES)]
+        w, beta = _line(dye.excitation)
+        for axes, line, colour in ((beside, (w, 1e3 * beta), _BLUE), (panel, _line(dye.emission), _RED)):
+            axes.plot(*line, color=colour, linestyle=dash)
+            if not several:
+                axes.fill_between(*line, color=colour, alpha=0.15, linewidth=0)
+        panel.plot([], [], color="0.3", linestyle=dash, label=f"{k + 1}")
+    _finish(panel, "", _WIDE.values, legend=several)
+    beside.set_ylim(0, 1.12 * beside.get_ylim()[1] if several else beside.get_ylim()[1])
+    panel.set_ylabel("emission α", color=_RED)
+    beside.set_ylabel("excitation β, 10$^{-3}$ / nm", color=_BLUE)
 
 
 def _matrix(
@@ -258,24 +238,19 @@ def _matrix(
     limit: float | None = None,
     *,
     signed: bool = False,
-    bar: bool = True,
+    bar: str = "right",
 ) -> None:
     """Draw D_L in 10^-3 / nm: excitation to the right, emission upwards, the diagonal as a line."""
     values = 1e3 * density
-    high = (
-        1e3 * limit
-        if limit is not None
-        else float(np.percentile(values[values > 0], 99.8))
-        if np.any(values > 0)
-        else 1.0
-    )
+    lit = values[values > 0]
+    high = 1e3 * limit if limit else (float(np.percentile(lit, 99)) if lit.size else 1.0)
     half = 0.5 * (excitation[1] - excitation[0])
     drawn = panel.imshow(
         values,
         origin="lower",
         aspect="auto",
         interpolation="nearest",
-        cmap="RdBu_r" if signed else "magma_r",
+        cmap="RdBu_r" if signed else "BuPu",
         vmin=-high if signed else 0.0,
         vmax=high,
         extent=(excitation[0] - half, excitation[-1] + half, emission[0] - half, emission[-1] + half),
@@ -284,21 +259,41 @@ def _matrix(
     panel.plot([first, last], [first, last], color="0.4", linewidth=0.6, linestyle=(0, (3, 2)))
     panel.set(xlabel="excitation, nm", ylabel="emission, nm")
     panel.set_title(title, loc="left")
-    if bar:
-        figure = panel.figure
-        figure.colorbar(
-            drawn, ax=panel, pad=0.02, label="D$_L$, 10$^{-3}$ / nm", extend="both" if signed else "max"
-        )
+    for axis in (panel.xaxis, panel.yaxis):
+        _hundreds(axis)
+    label, extend = "D$_L$, 10$^{-3}$ / nm", "both" if signed else "max"
+    if bar == "inside":  # above the diagonal there is nothing to see
+        inset = panel.inset_axes((0.56, 0.17, 0.4, 0.04))
+        panel.figure.colorbar(drawn, cax=inset, orientation="horizontal", extend=extend)
+        inset.set_title(label, fontsize=6.0, pad=2)
+        inset.tick_params(labelsize=6.0, length=2, pad=1)
+    else:
+        panel.figure.colorbar(drawn, ax=panel, pad=0.02, label=label, extend=extend)
 
 
-def _finish(panel: Axes, title: str, label: str, legend: bool = True) -> None:
-    panel.set(xlabel="wavelength, nm", ylabel=label)
+def _finish(panel: Axes, title: str, at: Array, legend: bool = True) -> None:
+    panel.set_xlabel("wavelength, nm")
+    panel.set_xlim(at[0], at[-1])
     panel.set_ylim(0, max(panel.get_ylim()[1], 0.05))
     panel.grid(linewidth=0.3)
+    _hundreds(panel.xaxis)
     if title:
         panel.set_title(title, loc="left")
-    if legend and len(panel.get_lines()) > 1:
-        panel.legend(frameon=False)
+    if legend and len(panel.get_legend_handles_labels()[0]) > 1:
+        panel.set_ylim(0, 1.12 * panel.get_ylim()[1])
+        _legend(panel, 2)
+
+
+def _legend(panel: Axes, columns: int) -> None:
+    panel.legend(
+        frameon=False, ncols=columns, loc="upper left", borderaxespad=0.2, columnspacing=1.2, handlelength=1.6
+    )
+
+
+def _hundreds(axis: Any) -> None:
+    from matplotlib.ticker import MultipleLocator
+
+    axis.set_major_locator(MultipleLocator(100))
 
 
 def _daylight(material: Material, grid: Wavelengths = _WIDE) -> LampColour:
@@ -307,15 +302,10 @@ def _daylight(material: Material, grid: Wavelengths = _WIDE) -> LampColour:
         return colour_under_lamp(material, "D65", wavelengths=grid)
 
 
-def _line(spectrum: Any) -> tuple[Array, Array]:
+def _line(spectrum: Spectrum) -> tuple[Array, Array]:
     if spectrum.is_constant:
         return np.array([_WIDE.start, _WIDE.stop]), spectrum.values
     return spectrum.wavelengths, spectrum.values
-
-
-def _scaled(spectrum: Any, factor: float) -> tuple[Array, Array]:
-    w, v = _line(spectrum)
-    return w, factor * v
 
 
 def _rank(rank: int) -> str:

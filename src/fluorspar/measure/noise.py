@@ -1,8 +1,9 @@
 """How much of the difference of two renders is noise.
 
-The bands of a pixel are almost fully correlated, so the independent observations are pixels. A square of a
+The bands of a pixel are almost fully correlated, so the independent observations are pixels. The square of a
 difference is expected to be the variance of the noise, whatever the correlation of the bands, so sums over
-bands of both are compared, pixel by pixel.
+bands and over blocks of pixels of both are compared. Each block counts the same: a few pixels at the edge of a
+lamp, whose noise is a thousand times that of others, would otherwise decide alone.
 """
 
 from __future__ import annotations
@@ -31,10 +32,10 @@ class NoiseVerdict:
     known_of : str
         Whose standard errors are known: "A and B", "A", "B".
     share : float
-        Share of the squared difference that noise explains: sum of variances over sum of squares. 1 if the
-        difference is noise and nothing else.
+        Share of the squared difference that noise explains: 1 over the mean, over the blocks, of sum of
+        squares over sum of variances. 1 if the difference is noise and nothing else.
     share_uncertainty : float
-        Standard error of the share, with pixels (or points) as observations.
+        Standard error of the share, from the scatter of the blocks (or points).
     mean_z : float
         Mean difference over everything, in standard errors.
     block_z : float
@@ -70,6 +71,10 @@ def explained_by_noise(
     means: ArrayLike,
     mean_errors: ArrayLike,
     known_of: str = "A and B",
+    *,
+    scale_error: float = 0.0,
+    levels: ArrayLike | None = None,
+    level_squares: ArrayLike | None = None,
 ) -> NoiseVerdict | None:
     """Compare differences with their standard errors.
 
@@ -82,14 +87,19 @@ def explained_by_noise(
     means : array_like of the same shape
         Mean over bands of the difference.
     mean_errors : array_like of the same shape
-        Standard error of that mean; for fully correlated bands the mean of the standard errors.
+        Standard error of that mean; the mean of the standard errors is that of fully correlated bands and else
+        a little too large.
     known_of : str
         Whose standard errors these are.
+    scale_error : float
+        Relative standard error of the factor that matched the scales, which all pixels share.
+    levels, level_squares : array_like of the same shape, optional
+        Mean over bands of B after matching, and the sum of its squares: needed with a scale error.
 
     Returns
     -------
     NoiseVerdict or None
-        None if there is no noise at all, or no pixel is known.
+        None if there is no noise at all, or no pixel is known. Blocks without noise are left out.
 
     Examples
     --------
@@ -100,39 +110,43 @@ def explained_by_noise(
     (False, True)
     """
     q, v, m, e = (np.asarray(values, dtype=np.float64) for values in (squares, variances, means, mean_errors))
+    zero = np.zeros_like(q)
+    b = zero if levels is None else np.asarray(levels, dtype=np.float64)
+    b2 = zero if level_squares is None else np.asarray(level_squares, dtype=np.float64)
     known = np.isfinite(q) & np.isfinite(v)
-    count = int(known.sum())
-    noise, difference = float(v[known].sum()), float(q[known].sum())
-    if count == 0 or noise == 0:
+    q, v, m, e2, b, b2 = (_blocks(np.where(known, values, 0.0)) for values in (q, v, m, e**2, b, b2))
+    noisy = v > 0
+    if not noisy.any():
         return None
-    ratio = difference / noise
-    spread = np.sqrt(np.sum((q[known] - ratio * v[known]) ** 2)) / noise
-    share = noise / difference if difference > 0 else np.inf
-    z = _block_z(np.where(known, m, 0.0), np.where(known, e**2, 0.0))
-    bound = _bound(len(z))
-    mean_z = float(m[known].sum() / np.sqrt(np.sum(e[known] ** 2)))
-    worst = float(np.abs(z).max())
+    q, v, m, e2, b, b2 = (values[noisy] for values in (q, v, m, e2, b, b2))
+    of_scale = scale_error**2 * b2
+    ratios = q / (v + of_scale)
+    mean = float(ratios.mean())
+    spread = float(ratios.std(ddof=1) / np.sqrt(len(ratios))) if len(ratios) > 1 else np.inf
+    # the square of one shared error has a standard deviation of sqrt(2) times its mean
+    spread = float(np.hypot(spread, np.sqrt(2) * np.mean(of_scale / (v + of_scale))))
+    z = m / np.sqrt(e2 + (scale_error * b) ** 2)
+    bound, worst = _bound(len(z)), float(np.abs(z).max())
     return NoiseVerdict(
         known_of,
-        float(share),
-        float(spread / ratio**2) if difference > 0 else np.inf,
-        mean_z,
+        1 / mean if mean > 0 else np.inf,
+        spread / mean**2 if mean > 0 else np.inf,
+        float(m.sum() / np.sqrt(e2.sum() + (scale_error * b.sum()) ** 2)),
         worst,
         bound,
         len(z),
-        count,
+        int(known.sum()),
         bool(worst > bound),
     )
 
 
-def _block_z(means: Array, variances: Array) -> Array:
-    """Mean differences of blocks over their standard errors; each point for itself if there are no rows."""
-    if means.ndim == 2:
-        size = max(_LEAST, -(-max(means.shape) // _BLOCKS))
-        rows, columns = (np.arange(0, length, size) for length in means.shape)
-        means = np.add.reduceat(np.add.reduceat(means, rows, axis=0), columns, axis=1).ravel()
-        variances = np.add.reduceat(np.add.reduceat(variances, rows, axis=0), columns, axis=1).ravel()
-    return np.asarray(means / np.sqrt(np.where(variances > 0, variances, np.inf)))
+def _blocks(values: Array) -> Array:
+    """Sums over square blocks of pixels; points are blocks of their own."""
+    if values.ndim < 2:
+        return values
+    size = max(_LEAST, -(-max(values.shape) // _BLOCKS))
+    rows, columns = (np.arange(0, length, size) for length in values.shape)
+    return np.asarray(np.add.reduceat(np.add.reduceat(values, rows, axis=0), columns, axis=1).ravel())
 
 
 def _bound(count: int) -> float:

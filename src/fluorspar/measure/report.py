@@ -11,7 +11,7 @@ import fluorspar
 from fluorspar.image.atomic import replacing
 from fluorspar.image.picture import png_bytes
 from fluorspar.measure.comparison import Comparison, ImageComparison, PointComparison, noise_sentence
-from fluorspar.measure.figures import bands_figure, encode, maps_figure, pictures_figure, points_figure
+from fluorspar.measure.figures import bands_figure, encode, maps_figure, points_figure, signed_picture
 
 __all__ = ["report", "write_report"]
 
@@ -25,7 +25,7 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: .25rem .8rem; text-align: right; border-bottom: 1px solid #e2e2e6; vertical-align: top; }
 th:first-child, td:first-child { text-align: left; } thead th { border-bottom: 2px solid #888; }
 .wide { overflow-x: auto; } .pair { display: flex; gap: 1rem; flex-wrap: wrap; }
-.pair figure { flex: 1 1 20rem; } figure { margin: 0 0 1rem; } figcaption { color: #555; font-size: .85rem; }
+.pair figure { flex: 1 1 16rem; } figure { margin: 0 0 1rem; } figcaption { color: #555; font-size: .85rem; }
 img { max-width: 100%; height: auto; } .pair img { width: 100%; image-rendering: auto; }
 ul { padding-left: 1.2rem; } footer { margin: 3rem 0 1rem; color: #777; font-size: .8rem; }
 @media print { body { max-width: none; margin: 0; } }
@@ -145,18 +145,21 @@ def _results(comparison: Comparison) -> str:
 
 
 def _image_parts(comparison: Comparison, found: ImageComparison) -> list[str]:
-    sides = (("A", found.rgb_a, comparison.title_a), ("B", found.rgb_b, comparison.title_b))
-    pair = "".join(
-        f"<figure>{_img(png_bytes(rgb), f'picture of {side}')}"
-        f"<figcaption>{side}: {html.escape(title)}</figcaption></figure>"
-        for side, rgb, title in sides
+    signed, factor = signed_picture(found)
+    shown = (
+        (found.rgb_a, f"A: {comparison.title_a}"),
+        (found.rgb_b, f"B: {comparison.title_b}"),
+        (signed, f"grey + {factor:g} (B − A), displayed R, G, B"),
+    )
+    pictures = "".join(
+        f"<figure>{_img(png_bytes(rgb), caption)}<figcaption>{html.escape(caption)}</figcaption></figure>"
+        for rgb, caption in shown
     )
     return [
-        f'<h2>Pictures, both with {1 / found.exposure:.4g} cd/m² as white</h2><div class="pair">{pair}</div>',
-        _img(encode(pictures_figure(comparison)), "pictures and signed difference"),
+        f'<h2>Pictures, both with {1 / found.exposure:.4g} cd/m² as white</h2><div class="pair">{pictures}</div>',
         "<h2>Maps</h2>",
         _img(encode(maps_figure(comparison)), "maps of CIEDE2000, RMSE and signed differences"),
-        "<p>Colour bars end at the 99.5th percentile.</p>",
+        "<p>Colour bars end at the 98th percentile.</p>",
     ]
 
 
