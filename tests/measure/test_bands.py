@@ -16,7 +16,9 @@ FIVE, TEN = Wavelengths(360, 700, 5), Wavelengths(400, 700, 10)
 @pytest.mark.parametrize("target", [TEN, Wavelengths(360, 700, 20), Wavelengths(401, 699, 2)])
 class TestWhatIsPreserved:
     def test_a_constant(self, target, fwhm):
-        np.testing.assert_allclose(band_weights(FIVE.values, target.values, fwhm) @ np.ones(69), 1, rtol=1e-14)
+        np.testing.assert_allclose(
+            band_weights(FIVE.values, target.values, fwhm) @ np.ones(69), 1, rtol=1e-14
+        )
 
     def test_a_linear_spectrum_up_to_the_ends(self, target, fwhm):
         line = 2.0 + 0.01 * FIVE.values

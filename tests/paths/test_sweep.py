@@ -250,6 +250,15 @@ def test_the_reference_knows_what_it_computes() -> None:
     assert y[:, 1] == pytest.approx([2, 0.12, 0.3, 0.016, 0.04, 0.04, 0])
 
 
+@pytest.mark.parametrize("lights", [1, 3])
+def test_nothing_is_lost_between_records(pool: ThreadPoolExecutor, lights: int) -> None:
+    """White surfaces: light of the hundredth vertex counts as much as that of the first."""
+    materials = [DonaldsonMatrix(GRID, np.ones(N))]
+    records = Records(30, 4, lights=lights, rows=1, rr_depth=10**6, segments=4, seed=5)
+    swept = sweep(records.light_paths(), spectral_tables(materials, lamps(lights)), N, pool)
+    assert_same(swept, reference(records, materials, lamps(lights)))
+
+
 def test_one_light_and_many_lights_agree(pool: ThreadPoolExecutor) -> None:
     """The kernel for one light saves the light rows; given rows that are all 0, the other must say the
     same."""

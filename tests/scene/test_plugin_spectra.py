@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fluorspar import Scene, Spectrum, load_scene
-from fluorspar.errors import ApproximationWarning, SceneError
+from fluorspar.errors import ApproximationWarning, SceneError, SpectrumError
 from fluorspar.scene.renderer import use_variant
 
 FILM = '<sensor type="perspective"> <film type="hdrfilm"> <rfilter type="box"/> </film> </sensor>'
@@ -127,6 +127,12 @@ def test_rgb_reflectance(tmp_path: Path) -> None:
     wavelengths = [400.0, 480.0, 560.0, 700.0]
     expected = mitsuba_says({"type": "rgb", "value": [0.8, 0.3, 0.1]}, wavelengths)
     assert [spectrum.at(w) for w in wavelengths] == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize("value", ["1.5, 1, 1", "0.5, -0.1, 0"])
+def test_impossible_rgb_reflectance(value: str, tmp_path: Path) -> None:
+    with pytest.raises(SpectrumError, match=r"(?s)outside 0 to 1.*ball"):
+        reflectance(tmp_path, f'<rgb name="reflectance" value="{value}"/>')
 
 
 def test_rgb_light(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ LIMITS = {
     "de00": "mean CIEDE2000",
     "de00_max": "greatest CIEDE2000",
     "bias": "mean of B - A over the mean of A, without its sign",
-    "noise_z": "greatest mean difference of a block of pixels (or a point) in standard errors",
+    "noise_z": "greatest mean difference of a block of pixels, a point or everything, in standard errors",
 }
 """Numbers that `--fail-above` can limit, and what they are."""
 
@@ -221,7 +221,7 @@ class Comparison:
                         fix="compare renders that hold standard errors",
                     )
                 )
-            return self.main.noise.block_z
+            return max(self.main.noise.block_z, abs(self.main.noise.mean_z))
         results = self.main.as_dict()
         return abs(float(results[{"de00": "de00_mean"}.get(name, name)]))
 
@@ -290,7 +290,7 @@ def noise_sentence(noise: NoiseVerdict) -> str:
     verdict = "more than noise" if noise.differs else "no more than noise"
     what = f"of {noise.blocks} blocks" if noise.blocks < noise.observations else "of the points"
     return (
-        f"{explained}; greatest mean difference {what}: {noise.block_z:.1f} standard errors "
+        f"{explained}; mean difference: {abs(noise.mean_z):.1f} standard errors, greatest {what}: {noise.block_z:.1f} "
         f"(noise alone: below {noise.block_bound:.1f}), so the difference is {verdict}"
     )
 

@@ -177,7 +177,7 @@ def _lamp(colour: LampColour, name: str) -> Figure:
     )
     panel.set_ylim(0, 1.12 * panel.get_ylim()[1])
     _legend(panel, 3)
-    panel.set_title(fill(f"{name}, {colour.lamp}", 62), loc="left", fontsize=7.0)
+    panel.set_title(fill(f"{name}, {colour.lamp}", 54), loc="left", fontsize=7.0)
     return figure
 
 

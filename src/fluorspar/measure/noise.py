@@ -37,17 +37,17 @@ class NoiseVerdict:
     share_uncertainty : float
         Standard error of the share, from the scatter of the blocks (or points).
     mean_z : float
-        Mean difference over everything, in standard errors.
+        Mean difference of all blocks, each in its own standard errors, over the standard error of that mean.
     block_z : float
         Greatest mean difference of a block of pixels (or a point), in standard errors, without its sign.
     block_bound : float
-        What noise alone exceeds in one comparison of a thousand, corrected for the number of blocks.
+        What noise alone exceeds in one comparison of a thousand, corrected for their number.
     blocks : int
         Number of blocks.
     observations : int
         Number of pixels or points.
     differs : bool
-        Whether the difference is more than noise: `block_z` is beyond its bound.
+        Whether the difference is more than noise: `block_z` or `mean_z` is beyond the bound.
     """
 
     known_of: str
@@ -126,17 +126,19 @@ def explained_by_noise(
     # the square of one shared error has a standard deviation of sqrt(2) times its mean
     spread = float(np.hypot(spread, np.sqrt(2) * np.mean(of_scale / (v + of_scale))))
     z = m / np.sqrt(e2 + (scale_error * b) ** 2)
-    bound, worst = _bound(len(z)), float(np.abs(z).max())
+    bound, worst = _bound(len(z) + 1), float(np.abs(z).max())
+    own = np.sqrt(e2)
+    mean_z = float(np.sum(m / own) / np.hypot(np.sqrt(len(m)), scale_error * np.sum(b / own)))
     return NoiseVerdict(
         known_of,
         1 / mean if mean > 0 else np.inf,
         spread / mean**2 if mean > 0 else np.inf,
-        float(m.sum() / np.sqrt(e2.sum() + (scale_error * b.sum()) ** 2)),
+        mean_z,
         worst,
         bound,
         len(z),
         int(known.sum()),
-        bool(worst > bound),
+        bool(max(worst, abs(mean_z)) > bound),
     )
 
 

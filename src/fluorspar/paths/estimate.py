@@ -61,7 +61,7 @@ def estimate(
     from fluorspar.paths.trace import Tracer
     from fluorspar.scene.trace_scene import build_trace_scene
 
-    matrices = [made.on(grid, stokes=stokes).check(made.name) for made in scene.materials]
+    matrices = [made.on(grid, stokes=stokes) for made in scene.materials]
     tables = spectral_tables(matrices, [light.spectrum.on(grid) for light in scene.lights])
     settings = scene.settings
     pixels = settings.width * settings.height

@@ -8,6 +8,8 @@ pixel and material.
 
 from __future__ import annotations
 
+import inspect
+import zlib
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
@@ -16,6 +18,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.paths import light_paths
+from fluorspar.paths import luminesce as luminesce_module
 from fluorspar.paths.light_paths import SLOTS, TILE
 from fluorspar.paths.luminesce import luminesce, luminesce_both
 
@@ -93,9 +97,11 @@ class _Tally(NamedTuple):
 @cache
 def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..., None]:
     """Compile the sweep for a padded number of bands; compiled code is kept on disk."""
+    version = _version()
 
     @numba.njit(nogil=True, fastmath=_FAST, cache=True)
     def kernel(start, stop, spp, batches, rr_depth, longest, records, tail, tables, radiance, error, errors):  # type: ignore[no-untyped-def]
+        _ = version  # a captured value is part of the key under which Numba keeps compiled code
         rows = tables.reflectance.shape[0]
         path = _new_path(longest, width)
         pixel = _new_pixel(rows, width)
@@ -124,6 +130,12 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
             _store(p, y, tally, spp, batches, component_errors, radiance, error, errors)
 
     return kernel  # type: ignore[no-any-return]
+
+
+def _version() -> int:
+    """Fingerprint of the other files whose code is compiled in: Numba looks at the date of this one only."""
+    sources = (inspect.getsource(module) for module in (luminesce_module, light_paths))
+    return zlib.crc32("".join(sources).encode())
 
 
 @numba.njit(inline="always")

@@ -116,7 +116,7 @@ def children(state: Any, index: int) -> Iterator[tuple[str, int]]:
     import mitsuba as mi
 
     props = state.nodes[index].props
-    for key in props.keys():
+    for key in props.keys():  # noqa: SIM118 (not a dict)
         if props.type(key) == mi.Properties.Type.ResolvedReference:
             yield key, props[key].index()
 

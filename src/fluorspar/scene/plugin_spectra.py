@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import SceneError, message
+from fluorspar.errors import SceneError, SpectrumError, message
 from fluorspar.scene.nodes import build, copy_nodes
 from fluorspar.spectral.spectrum import Spectrum
 
@@ -62,9 +62,13 @@ def plugin_spectrum(
             return Spectrum.constant(float(table.values[0]), name=label)
         return Spectrum(np.array(table.wavelengths), np.array(table.values), name=label)
     if found == types.Color:
-        colour = {"type": "rgb", "value": [float(c) for c in props[name]]}
+        rgb = [float(c) for c in props[name]]
+        colour = {"type": "rgb", "value": rgb}
         if emissive:
             return _tabulate(mi.load_dict({"type": "constant", "radiance": colour}), _MITSUBA_RANGE, label)
+        if not 0 <= min(rgb) <= max(rgb) <= 1:
+            what = "an rgb reflectance is outside 0 to 1"
+            raise SpectrumError(message(what, where=label, got=rgb, expected="0 to 1"))
         return _tabulate(mi.load_dict(colour), _MITSUBA_RANGE, label)
     if found != types.ResolvedReference:
         raise SceneError(

@@ -93,9 +93,8 @@ class Scene:
 
     def __repr__(self) -> str:
         s = self.settings
-        lines = [
-            f"<Scene '{self.name}': {s.width} x {s.height} pixels, {s.spp} samples, max_depth {s.max_depth}, rr_depth {s.rr_depth}>"
-        ]
+        depths = f"max_depth {s.max_depth}, rr_depth {s.rr_depth}"
+        lines = [f"<Scene '{self.name}': {s.width} x {s.height} pixels, {s.spp} samples, {depths}>"]
         lines += [f"  light    {light.name}: {light.plugin}, {light.unit}" for light in self.lights]
         for row, made in enumerate(self.materials):
             on = ", ".join(surface.name for surface in self.surfaces if row in (surface.front, surface.back))
@@ -227,6 +226,27 @@ def sampler_node(state: Any) -> int | None:
     )
 
 
+_FILM_PROPERTIES = (
+    *("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y", "sample_border"),
+    *("file_format", "pixel_format", "component_format", "compensate"),
+)
+
+
+def _check_names(props: Any, plugin: str, known: tuple[str, ...]) -> None:
+    """Find misspelt properties of a plugin that is never built, so that Mitsuba does not see them."""
+    import mitsuba as mi
+
+    plain = (name for name in props.keys() if props.type(name) != mi.Properties.Type.ResolvedReference)  # noqa: SIM118
+    if props.plugin_name() == plugin and (unknown := sorted(set(plain) - set(known))):
+        raise SceneError(
+            message(
+                f"'{plugin}' has no property '{unknown[0]}'",
+                where=props.id() or plugin,
+                expected=", ".join(known),
+            )
+        )
+
+
 def _settings(state: Any) -> Settings:
     """Read size, samples and depths; what the scene leaves open is as in Mitsuba."""
     sensor = sensor_node(state)
@@ -239,6 +259,7 @@ def _settings(state: Any) -> Settings:
         if kind(state.nodes[index]) == "Sampler":
             spp = int(props.get("sample_count", 4))
         elif kind(state.nodes[index]) == "Film":
+            _check_names(props, "hdrfilm", _FILM_PROPERTIES)
             width = int(props.get("crop_width", props.get("width", 768)))
             height = int(props.get("crop_height", props.get("height", 576)))
             for _, child in children(state, index):
@@ -256,6 +277,7 @@ def _settings(state: Any) -> Settings:
         if kind(state.nodes[index]) != "Integrator":
             continue
         props = state.nodes[index].props
+        _check_names(props, "path", ("max_depth", "rr_depth", "hide_emitters", "timeout"))
         max_depth = int(props.get("max_depth", UNLIMITED))
         rr_depth = int(props.get("rr_depth", 5))
         if props.plugin_name() == "direct":

@@ -11,7 +11,7 @@ from typing import Any
 
 from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, message
 from fluorspar.scene.nodes import children, kind, label
-from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, check_properties, material_of_spectra
+from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, STRINGS, check_properties, material_of_spectra
 from fluorspar.scene.plugin_spectra import (
     SpatialVariation,
     average_light,
@@ -35,6 +35,7 @@ _LIGHTS = {
     "spot": ("intensity", 1.0, "W sr-1 nm-1"),
     "directional": ("irradiance", 1.0, "W m-2 nm-1"),
 }
+_PROPERTIES = {"diffuse": ("reflectance",), FLUORESCENT: (*SPECTRA, *STRINGS, "concentration")}
 _AVERAGED_ENVIRONMENTS = ("envmap", "sunsky")
 _NOT_A_SURFACE = ("instance", "shapegroup", "merge")
 _DEFAULT_REFLECTANCE = 0.5  # Mitsuba's, of `diffuse` and of a shape without BSDF
@@ -238,6 +239,15 @@ class _Reader:
         node = self.state.nodes[index]
         plugin, props = node.props.plugin_name(), node.props
         name = props.id() or where
+        if plugin in _PROPERTIES and (unknown := sorted(set(props.keys()) - set(_PROPERTIES[plugin]))):
+            # The BSDF is never built, so Mitsuba does not see it.
+            raise SceneError(
+                message(
+                    f"there is no property '{unknown[0]}'",
+                    where=where,
+                    expected=", ".join(_PROPERTIES[plugin]),
+                )
+            )
         try:
             if plugin == "diffuse":
                 return Material(name, self.spectrum(index, "reflectance", _DEFAULT_REFLECTANCE, where))

@@ -101,7 +101,7 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     pointers = [_pointer(mi.ShapePtr(part.shape)) for part in joined]
     first_row = np.zeros(max(pointers, default=0) + 1, dtype=np.uint32)
     per_primitive = np.zeros_like(first_row)
-    rows: list[NDArray[np.uint32]] = [np.zeros(0, dtype=np.uint32)]
+    rows = [np.full(2, NO_ROW, dtype=np.uint32)]  # of no shape: a table is never empty
     for pointer, part in zip(pointers, joined, strict=True):
         first_row[pointer] = sum(map(len, rows))
         per_primitive[pointer] = 2 if len(part.surfaces) > 1 else 0

@@ -121,7 +121,7 @@ def render_staged(
     """
     options = options or StagedOptions()
     renderer = renderer or MitsubaRenderer()
-    matrices = [made.on(grid, stokes=stokes).check(made.name) for made in scene.materials]
+    matrices = [made.on(grid, stokes=stokes) for made in scene.materials]
     depth = scene.settings.max_depth
     if depth > 2:
         warnings.warn(

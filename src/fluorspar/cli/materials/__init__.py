@@ -1,0 +1,32 @@
+"""`fluorspar materials`: the library of materials, measured matrices, fits, and colours under lamps."""
+
+from __future__ import annotations
+
+import typer
+
+from fluorspar.cli.materials.colours import colour
+from fluorspar.cli.materials.fits import fit
+from fluorspar.cli.materials.inspection import inspect
+from fluorspar.cli.materials.listing import list_materials
+from fluorspar.cli.materials.showing import show
+
+__all__ = ["materials"]
+
+materials = typer.Typer(
+    help="Materials: the library, measured matrices, fits, and colours under lamps.\n\n"
+    "Example:  fluorspar materials list",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+@materials.callback()
+def _materials() -> None:
+    """Materials: the library, measured matrices, fits, and colours under lamps."""
+
+
+materials.command("list")(list_materials)
+materials.command("show")(show)
+materials.command("inspect")(inspect)
+materials.command("fit")(fit)
+materials.command("colour")(colour)

@@ -1,0 +1,109 @@
+"""What the commands on materials share: options, swatches, figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+from numpy.typing import ArrayLike
+
+from fluorspar.errors import OptionError, message
+from fluorspar.image.atomic import check_target, replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "LibraryOption",
+    "MaterialArgument",
+    "PlotOption",
+    "check_plot",
+    "hexadecimal",
+    "swatch",
+    "write_plot",
+]
+
+_FORMATS = (".png", ".pdf", ".svg")
+
+MaterialArgument: TypeAlias = Annotated[
+    str,
+    typer.Argument(
+        metavar="NAME|FILE",
+        help="A material of the library, a file (.csv, .bfc), or a mixture such as A:0.3,B:0.7.",
+    ),
+]
+LibraryOption: TypeAlias = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--library",
+        metavar="DIR",
+        help="A folder with materials of your own. May be repeated; the variable FLUORSPAR_MATERIALS does the same.",
+    ),
+]
+PlotOption: TypeAlias = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Draw a figure into this .png, .pdf or .svg file.")
+]
+
+
+def swatch(rgb: ArrayLike) -> str:
+    """Return rich markup for a patch of a colour, sRGB from 0 to 1.
+
+    Examples
+    --------
+    >>> swatch([1, 0, 0])
+    '[on rgb(255,0,0)]    [/]'
+    """
+    red, green, blue = _bytes(rgb)
+    return f"[on rgb({red},{green},{blue})]    [/]"
+
+
+def hexadecimal(rgb: ArrayLike) -> str:
+    """Return an sRGB colour as web pages write it.
+
+    Examples
+    --------
+    >>> hexadecimal([1, 0.5, 0])
+    '#ff8000'
+    """
+    return "#" + "".join(f"{value:02x}" for value in _bytes(rgb))
+
+
+def _bytes(rgb: ArrayLike) -> list[int]:
+    import numpy as np
+
+    return [round(255 * float(value)) for value in np.asarray(rgb)]
+
+
+def check_plot(path: Path | None) -> None:
+    """Find out before any work whether a figure can be written.
+
+    Raises
+    ------
+    OptionError
+        If the suffix names no format.
+    ImageError
+        If the folder does not exist or may not be written to.
+    """
+    if path is None:
+        return
+    if path.suffix.lower() not in _FORMATS:
+        expected = ", ".join(_FORMATS)
+        fault, fix = "the suffix names no format of figures", "rename the file"
+        raise OptionError(message(fault, where="--plot", got=path, expected=expected, fix=fix))
+    check_target(path)
+
+
+def write_plot(figure: Figure, path: Path) -> None:
+    """Write a figure; what was there before stays if that fails.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written.
+    """
+    # without date and version, so that equal figures are equal files
+    metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+    kind = path.suffix.lower()
+    with replacing(path) as temporary:
+        figure.savefig(temporary, format=kind[1:], dpi=200, metadata=metadata[kind])

@@ -1,0 +1,98 @@
+"""`fluorspar materials fit`: from a measured matrix to a material file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fluorspar.cli import console
+from fluorspar.cli.materials.common import PlotOption, check_plot, write_plot
+from fluorspar.errors import OptionError, message
+
+__all__ = ["fit"]
+
+_MOST = 8  # fluorophores; more only fit noise
+
+
+def fit(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A measured Donaldson matrix: .bfc or .csv.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE.csv", help="Material file to write.")
+    ],
+    rank: Annotated[
+        int | None, typer.Option(metavar="K", help="Number of fluorophores. [default: the data decide]")
+    ] = None,
+    wavelengths: Annotated[
+        str | None,
+        typer.Option(
+            metavar="START:STOP:STEP",
+            help="Wavelengths of the file in nm. [default: the measured, 300 to 780]",
+        ),
+    ] = None,
+    name: Annotated[str, typer.Option(help="Name of the material. [default: that of the output file]")] = "",
+    description: Annotated[str, typer.Option(help="What it is.")] = "",
+    credit: Annotated[str, typer.Option(help="Who measured it.")] = "",
+    plot: PlotOption = None,
+) -> None:
+    """Make a material of a measured matrix. Reflectance, emission and excitation spectra are fitted to it.
+
+    Example:  fluorspar materials fit sheet.bfc -o my-paint.csv --rank 1
+    """
+    from dataclasses import replace
+
+    from fluorspar.cli.materials.matrices import read_matrix
+    from fluorspar.image.atomic import check_target
+    from fluorspar.spectral.fit_quality import fit_quality
+    from fluorspar.spectral.fit_report import report_fit
+    from fluorspar.spectral.fitting import fit_material
+    from fluorspar.spectral.material_file import write_material
+    from fluorspar.spectral.material_resampling import resampled
+    from fluorspar.spectral.wavelengths import Wavelengths
+
+    if output.suffix.lower() != ".csv":
+        fault = "a material file is a .csv file"
+        raise OptionError(message(fault, where="--output", got=output, fix=f"write {output.stem}.csv"))
+    if rank is not None and not 0 <= rank <= _MOST:
+        expected = f"0 to {_MOST}"
+        raise OptionError(message("the rank is impossible", where="--rank", got=rank, expected=expected))
+    check_target(output)
+    check_plot(plot)
+    grid = None if wavelengths is None else Wavelengths.parse(wavelengths)
+    measured = read_matrix(file)
+    with console.err.status(f"fitting {file}"):
+        found = fit_material(
+            measured,
+            rank,
+            name=name or output.stem,
+            support=_support(grid, measured.emission[0], measured.step),
+            description=description,
+            credit=credit,
+        )
+        coarse, fine = (
+            report_fit(measured, found.material, step) for step in (measured.step, measured.step / 2)
+        )
+    found = replace(found, material=replace(found.material, quality=fit_quality(found, coarse, fine)))
+    made = found.material if grid is None else resampled(found.material, grid)
+    write_material(output, made)
+    console.out.print(repr(made), markup=False, highlight=False)
+    console.out.print(f"wrote {output}", markup=False, highlight=False)
+    if plot is not None:
+        from fluorspar.measure.material_figures import fit_figure
+
+        write_plot(fit_figure(found), plot)
+        console.out.print(f"wrote {plot}", markup=False, highlight=False)
+
+
+def _support(grid: object, first: float, step: float) -> tuple[float, float]:
+    """Return a range of measured wavelengths, extended, that covers a grid: 300 to 780 nm without one."""
+    import math
+
+    from fluorspar.spectral.wavelengths import Wavelengths
+
+    if not isinstance(grid, Wavelengths):
+        return 300.0, 780.0
+    below = math.floor((grid.start - first) / step + 1e-6)
+    above = math.ceil((grid.stop - first) / step - 1e-6)
+    return first + below * step, first + above * step

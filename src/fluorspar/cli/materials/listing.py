@@ -1,0 +1,59 @@
+"""`fluorspar materials list`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fluorspar.cli import console
+from fluorspar.cli.materials.common import LibraryOption, swatch
+
+__all__ = ["list_materials"]
+
+
+def list_materials(
+    credit: Annotated[bool, typer.Option("--credit", help="Say where each one comes from.")] = False,
+    library: LibraryOption = None,
+) -> None:
+    """List the materials. Colour under D65, name, peaks of excitation and emission, what it is.
+
+    Example:  fluorspar materials list --library ~/paints
+    """
+    import warnings
+
+    from rich.table import Table
+    from rich.text import Text
+
+    from fluorspar.errors import ExtrapolationWarning
+    from fluorspar.spectral.lamp_colour import colour_under_lamp
+    from fluorspar.spectral.library import material, materials
+
+    folders = library or []
+    table = Table("", "name", "fluoresces, nm", "description", box=None, pad_edge=False)
+    for name in materials(folders):
+        made = material(name, folders)
+        with warnings.catch_warnings():  # `show` says where the data end; a list has no room
+            warnings.simplefilter("ignore", ExtrapolationWarning)
+            rgb = colour_under_lamp(made, "D65").srgb
+        words = "\n".join(part for part in (made.description, made.credit if credit else "") if part)
+        table.add_row(swatch(rgb), Text(name), _peaks(made), Text(words))
+    console.out.print(table)
+
+
+def _peaks(made: object) -> str:
+    """Excitation and emission peak of the strongest fluorophore."""
+    from fluorspar.spectral.material import Material
+
+    assert isinstance(made, Material)
+    if not made.fluorescent:
+        return ""
+    if made.matrix is not None:
+        matrix = made.matrix
+        i, j = divmod(int(matrix.density.argmax()), matrix.density.shape[1])
+        return f"{matrix.excitation[j]:.0f} → {matrix.emission[i]:.0f}"
+    if not made.fluorophores:
+        return "yes"
+    dye = max(made.fluorophores, key=lambda one: one.emission.integral())
+    a, b = (s.wavelengths[s.values.argmax()] for s in (dye.excitation, dye.emission))
+    return f"{a:.0f} → {b:.0f}"

@@ -1,0 +1,33 @@
+"""`fluorspar materials show`."""
+
+from __future__ import annotations
+
+from fluorspar.cli import console
+from fluorspar.cli.materials.common import (
+    LibraryOption,
+    MaterialArgument,
+    PlotOption,
+    check_plot,
+    write_plot,
+)
+from fluorspar.cli.materials.matrices import check_size
+
+__all__ = ["show"]
+
+
+def show(name: MaterialArgument, plot: PlotOption = None, library: LibraryOption = None) -> None:
+    """Describe a material. What it is, what its data cover, where it fluoresces, its colour; or draw it.
+
+    Example:  fluorspar materials show poster-red --plot poster-red.png
+    """
+    from fluorspar.spectral.library import material
+
+    check_plot(plot)
+    check_size(name)
+    made = material(name, library or [])
+    console.out.print(repr(made), markup=False, highlight=False)
+    if plot is not None:
+        from fluorspar.measure.material_figures import material_figure
+
+        write_plot(material_figure(made), plot)
+        console.out.print(f"wrote {plot}", markup=False, highlight=False)

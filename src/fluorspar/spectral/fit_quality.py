@@ -1,0 +1,46 @@
+"""How good a fit is, in one line, as material files say it."""
+
+from __future__ import annotations
+
+from fluorspar.spectral.fit_report import FitReport
+from fluorspar.spectral.fitting import MaterialFit
+
+__all__ = ["fit_quality"]
+
+
+def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
+    """Describe a fit: rank, colour differences to the measurement, noise, what is unexplained, photon yield.
+
+    Parameters
+    ----------
+    fit
+        From `fit_material`.
+    coarse, fine
+        From `report_fit`, at the step of the measurement and at half of it.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fluorspar.spectral.fit_report import report_fit
+    >>> from fluorspar.spectral.fitting import fit_material
+    >>> from fluorspar.spectral.measured import MeasuredMatrix
+    >>> w = np.arange(400.0, 701.0, 10.0)
+    >>> fit = fit_material(MeasuredMatrix(w, w, 0.3 * np.eye(31), "grey"))
+    >>> fit_quality(fit, report_fit(fit.measured, fit.material), report_fit(fit.measured, fit.material, 5.0))
+    'not fluorescent: no luminescence beyond the noise of 0.0000 per cell'
+    """
+    if fit.rank == 0:
+        return f"not fluorescent: no luminescence beyond the noise of {fit.noise.white:.4f} per cell"
+    colours = ", ".join(f"{light} {value:.2f}" for light, value in coarse.delta_e.items())
+    words = (
+        f"rank {fit.rank}; CIEDE2000 to the measurement: {colours}; under D65 at {fine.grid.step:g} nm "
+        f"{fine.delta_e['D65']:.2f}; noise {fit.noise.white:.4f} per cell, luminescent part unexplained "
+        f"{100 * fit.unexplained:.0f} %; highest photon yield {coarse.photon_yield.max():.2f}"
+    )
+    if fit.scaled < 1:
+        words += f"; luminescence scaled by {fit.scaled:.3f} to conserve photons"
+    return words
