@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: render test lint types bench clean
+.PHONY: render test test-browser lint types bench clean
 
 render: $(READY)
 	mkdir -p out
@@ -12,6 +12,12 @@ render: $(READY)
 
 test: lint types
 	$(BIN)/python -m pytest
+
+# Opens the report of a comparison in a headless browser; on Debian, as root, it installs one.
+test-browser: $(READY)
+	command -v chromium >/dev/null || command -v google-chrome >/dev/null || test -n "$$CHROMIUM" || test "$$(id -u)" != 0 || \
+		{ apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
+	$(BIN)/python -m pytest -m browser tests/measure
 
 lint: $(READY)
 	$(BIN)/ruff check .

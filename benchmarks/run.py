@@ -1,6 +1,6 @@
 """Where Fluorspar stands against stock Mitsuba: ratios from one run, measured in pairs.
 
-    python benchmarks/run.py                # all tables, about 12 minutes on 2 cores
+    python benchmarks/run.py                # all tables, about 14 minutes on 2 cores
     python benchmarks/run.py stock bands    # some of them
 
 Every time is the median of pairs that follow each other, so that a change in the machine's speed cancels.
@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ import numpy as np
 import fluorspar
 from fluorspar.scene.nodes import copy_nodes, kind, resolving
 from fluorspar.scene.renderer import TRACE_VARIANTS, use_variant
+from fluorspar.spectral.measured import MeasuredMatrix
 
 SCENE = "cornell-box"
 
@@ -103,6 +105,46 @@ def against_few_bands(count: int) -> str:
     return f"{ratio:.2f} x   ({many:.2f} s against {few:.2f} s, {count} pairs)"
 
 
+def with_dyes(rank: int | None) -> dict[str, fluorspar.Material]:
+    """The two fluorescent walls with each dye cut into equal parts, or with a full matrix (None).
+
+    The parts add up to the dye, so paths, light and photon yields are those of rank 1 and only the sums differ.
+    """
+    grid = fluorspar.Wavelengths()
+    made = {}
+    for wall, name in (("red", "poster-red"), ("green", "poster-green")):
+        whole = fluorspar.material(name)
+        if rank is None:
+            made[wall] = fluorspar.Material.from_matrix(
+                name, MeasuredMatrix(grid.values, grid.values, whole.on(grid, stokes="strict").band(), name)
+            )
+        else:
+            (dye,) = whole.fluorophores
+            part = replace(dye, emission=dye.emission.scaled(1 / rank))
+            made[wall] = replace(whole, fluorophores=(part,) * rank)
+    return made
+
+
+def fluorophores(size: int, spp: int, count: int) -> str:
+    """Two, three, four fluorophores and a full matrix on both walls, each against one fluorophore."""
+    settings = {"width": size, "height": size, "spp": spp}
+
+    def scene(rank: int | None) -> fluorspar.Scene:
+        return fluorspar.load_scene(SCENE, materials=with_dyes(rank)).with_settings(**settings)
+
+    one = scene(1)
+    found = []
+    for rank in (2, 3, 4, None):
+        more = scene(rank)
+        _, _, ratio = pairs(
+            count,
+            lambda seed, more=more: fluorspar.render(more, seed=seed),  # type: ignore[misc]
+            lambda seed: fluorspar.render(one, seed=seed),
+        )
+        found.append(f"{'full matrix' if rank is None else rank} {ratio:.3f} x")
+    return f"{', '.join(found)}   ({size} x {size}, {spp} samples, {count} pairs each)"
+
+
 def command(*arguments: str) -> list[str]:
     return [str(Path(sys.executable).parent / "fluorspar"), *arguments]
 
@@ -135,6 +177,7 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "stock": ("7 components x 69 bands + error / stock 1 band, 64 spp", lambda: against_stock(512, 64, 5)),
     "stock-1024": ("the same at 1024 spp", lambda: against_stock(256, 1024, 3)),
     "bands": ("97 bands / 9 bands", lambda: against_few_bands(5)),
+    "fluorophores": ("2, 3, 4 fluorophores a surface / 1", lambda: fluorophores(512, 64, 5)),
     "memory": ("peak memory, 1024 x 1024 x 69, 256 spp, to .nc", memory),
     "cold": ("64 x 64, 16 spp from a cold shell", cold_start),
 }

@@ -89,7 +89,7 @@ class TestLayout:
         image = make_image(grid=Wavelengths(300, 780, 2.5))
         image.save(tmp_path / "a.exr")
         pytest.importorskip("OpenImageIO")
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), np.printoptions():  # colour-science changes how arrays are printed
             warnings.simplefilter("ignore")  # colour-science announces what else is not installed
             import colour
 

@@ -148,6 +148,16 @@ class TestMapsByHand:
         assert not found.rgb_difference[0, 0].any()
         np.testing.assert_array_equal(found.rgb_a[0, 0], found.rgb_b[0, 0])
 
+    def test_pictures_adapted_to_a_white_of_the_users(self):
+        """Light of illuminant A is orange in sRGB, and grey once A is what is taken as white."""
+        light = np.stack([[illuminant("A").on(GRID)] * 2])
+        plain = compare(image_of(light), image_of(light), white="A").images.rgb_a[0, 0].astype(int)
+        adapted = (
+            compare(image_of(light), image_of(light), white="A", adapt=True).images.rgb_a[0, 0].astype(int)
+        )
+        assert plain[0] - plain[2] > 60
+        assert np.ptp(adapted) <= 2
+
     def test_pixels_that_were_not_rendered_are_left_out(self, random_image):
         part = SpectralImage(random_image.dataset.copy(deep=True))
         part.dataset["radiance"][:, 6:] = np.nan

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -115,6 +117,24 @@ class TestPositions:
         image.dataset.attrs["scene"] = "room.xml"
         with pytest.raises(OptionError, match=r"(?s)scene is needed.*room\.xml.*--scene"):
             measure(image, (Point("1", SHORT_BLOCK),))
+
+
+class TestExamplePoints:
+    """The 13 points of examples/cornell-points.csv, in the manner of the paper's Figure 17."""
+
+    points = read_points(Path(__file__).parents[2] / "examples" / "cornell-points.csv")
+
+    def test_the_camera_sees_all_of_them(self, image):
+        spectra = measure(image, self.points)
+        assert spectra.names == tuple(str(number) for number in range(1, 14))
+        assert spectra.whites == {"12": 0.85}
+
+    def test_they_are_on_different_surfaces_and_apart(self):
+        """No two of them closer than 10 cm, and point 7 on top of the short block, 165 mm high."""
+        at = np.array([point.position for point in self.points])
+        distances = np.linalg.norm(at[:, np.newaxis] - at, axis=-1)[np.triu_indices(13, 1)]
+        assert distances.min() > 100
+        assert self.points[6].position[1] == 165
 
 
 class TestQuantities:

@@ -6,10 +6,11 @@ Rationale
     in all bands and components at once, and only g is left to statistics.
 Expected
     D L is computed here from the cells or curves, band-weighted, without Fluorspar. Relative to the largest
-    value, spectra agree to 2e-5 (float32 sums over some ten dyes' worth of bands). g has mean 1 over pixels,
-    which are the independent observations, and its z-scores a standard deviation of 0.95 to 1.05.
+    value, spectra agree to 2e-6, a few roundings of float32. g has mean 1 over pixels, which are the independent
+    observations, and its z-scores a standard deviation of 0.95 to 1.05.
 Result
-    RESULT
+    Spectra within 4e-7, for 1 to 4 dyes, a full noisy matrix, a mixture of both and scaled ones. z-scores of
+    2304 pixels: mean 0.02, standard deviation 1.02.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ DYES = (
     (bell(620, 35, 0.25), bell(470, 60)),
     (bell(650, 20, 0.10), bell(580, 25)),
 )
-ROUNDING = 2e-5
+ROUNDING = 2e-6
 
 SPHERE = '<shape type="sphere" id="ball"> {} </shape>'
 
@@ -68,7 +69,6 @@ def assert_shows(image: SpectralImage, reflected: Array, luminescent: Array) -> 
     strongest = int(total.argmax())
     g = values.sum(0)[..., strongest] / total[strongest]
     difference = values - g[None, :, :, None] * expected[:, None, None, :]
-    print("DEV", np.abs(difference).max() / (total.max() * g.max()), g.mean(), g.std(), g.size)
     assert np.abs(difference).max() < ROUNDING * total.max() * g.max()
     assert luminescent.max() > 0.05 * total.max(), "or the test would not see luminescence"
     pixels = g.size
@@ -121,7 +121,6 @@ def test_measured_matrix_in_full(tmp_path: Path) -> None:
     values, errors = values_and_errors(image)
     z = z_scores(values, errors, cells @ L, spp=64)[..., 10]  # all bands of a pixel say the same
     assert abs(z.mean()) < bound(1) / np.sqrt(z.size)
-    print("Z", z.mean(), z.std(), z.size)
     assert 0.95 < z.std() < 1.05
 
 
@@ -136,7 +135,6 @@ def test_matrix_and_its_factors_are_the_same_surface(tmp_path: Path) -> None:
     strict = render(factors, wavelengths=GRID, seed=4, stokes="strict")
     full = render(matrix, wavelengths=GRID, seed=4)
     a, b = (image.dataset["radiance"].values for image in (strict, full))
-    print("AB", np.abs(a - b).max() / a.max())
     assert np.abs(a - b).max() < ROUNDING * a.max()
 
 

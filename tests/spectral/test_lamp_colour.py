@@ -15,9 +15,9 @@ import pytest
 from numpy.typing import NDArray
 
 from fluorspar.errors import ExtrapolationWarning, OptionError, SpectrumError
+from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
 from fluorspar.spectral.colour import CIE_1931
 from fluorspar.spectral.lamp_colour import (
-    adapt_to_d65,
     colour_under_condition,
     colour_under_lamp,
     lamp_on,

@@ -30,7 +30,7 @@ def compare(
     a: Annotated[
         str, typer.Argument(help="The reference: an image (.nc, .exr, .hdr) or a table of spectra (.csv).")
     ],
-    b: Annotated[str, typer.Argument(help="What is compared with it, of either kind.")],
+    b: Annotated[str, typer.Argument(metavar="B", help="What is compared with it, of either kind.")],
     output: Annotated[
         list[Path] | None,
         typer.Option("-o", "--output", help="File to write: .json, .png, .html. May be repeated."),
@@ -76,6 +76,9 @@ def compare(
     component: Annotated[
         str | None, typer.Option(help="Of images: a component, or single_bounce, reflected, luminescent.")
     ] = None,
+    adapt: Annotated[
+        bool, typer.Option("--adapt", help="Show the white of CIELAB as white in the pictures (Bradford).")
+    ] = False,
     fail_above: Annotated[
         list[str] | None,
         typer.Option(
@@ -114,6 +117,7 @@ def compare(
             aperture=aperture_of(aperture),
             scene=scene_named(scene),
             component=component,
+            adapt=adapt,
         )
     console.out.print(found.text(), markup=False, highlight=False)
     exceeded = {name: found.value(name) for name in limits if not found.value(name) <= limits[name]}

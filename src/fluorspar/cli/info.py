@@ -16,7 +16,7 @@ def info(
     file: Annotated[
         str,
         typer.Argument(
-            help="A spectral image (.nc, .exr), a scene (.xml or built-in) or a material (.csv, .bfc, or a name)."
+            help="A spectral image (.nc, .exr, .hdr), a scene (.xml or built-in) or a material (.csv, .bfc, or a name)."
         ),
     ],
 ) -> None:
@@ -27,7 +27,7 @@ def info(
     from fluorspar.scene.builtin import BUILTIN
 
     suffix = Path(file).suffix.lower()
-    if suffix in (".nc", ".exr"):
+    if suffix in (".nc", ".exr", ".hdr"):
         from fluorspar.image.spectral_image import SpectralImage
 
         with SpectralImage.open(file) as image:

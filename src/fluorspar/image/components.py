@@ -167,6 +167,8 @@ def _unknown(name: object, held: Iterable[str]) -> OptionError:
         message(
             "the image has no such component",
             got=repr(name),
-            expected=f"{', '.join(held)} (or a sum: {', '.join(GROUPS)})",
+            expected=f"{', '.join(held)} (or a sum: {', '.join(GROUPS)})"
+            if tuple(held) != (TOTAL,)
+            else f"{TOTAL}: the image is not split into components",
         )
     )

@@ -166,10 +166,14 @@ def _read_parts(path: Path) -> tuple[dict[str, Any] | None, list[Any]]:
     try:
         with OpenEXR.File(str(path), header_only=True) as file:
             described = _described(file.header(0), path)
+            promised = [len(file.header(index)["channels"]) for index in range(len(file.parts))]
         with _all_cores():
             file = OpenEXR.File(str(path), separate_channels=True)
     except (RuntimeError, ValueError, OSError) as err:
         raise _damaged(path, str(err)) from err
+    # OpenEXR drops the pixels it cannot read, with nothing but a line on standard output
+    if [len(part.channels) for part in file.parts] != promised:
+        raise _damaged(path, "some pixels are missing")
     return described, list(file.parts)
 
 

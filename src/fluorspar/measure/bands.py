@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["Bands", "band_weights", "common_bands", "conversion"]
+__all__ = ["Bands", "assumed_bands", "band_weights", "common_bands", "conversion"]
 
 Array = NDArray[np.float64]
 
@@ -152,12 +152,31 @@ def _under_triangle(nodes: Array, centre: float, fwhm: float) -> Array:
     return np.asarray(weights / weights.sum())
 
 
+def assumed_bands(bands: Bands, other: Bands) -> Bands:
+    """Assume a band shape where it is not known: triangular with the step as FWHM on the coarser grid, else samples.
+
+    Parameters
+    ----------
+    bands : Bands
+    other : Bands
+        What they are compared with.
+
+    Examples
+    --------
+    >>> print(assumed_bands(Bands(Wavelengths(400, 700, 10), None), Bands(Wavelengths(360, 700, 5))))
+    400-700 nm by 10, triangular bands of 10 nm FWHM
+    """
+    if bands.fwhm is not None:
+        return bands
+    coarser = bands.grid.step > other.grid.step * (1 + 1e-6)
+    return Bands(bands.grid, bands.grid.step if coarser else 0.0)
+
+
 def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands:
     """Choose the bands on which two spectra are compared.
 
     The grid is the coarser of the two as far as both have data, the band shape the wider of the two. A band
-    shape that is not known counts as samples, or, if that grid is the coarser one, as triangular with the
-    step as FWHM.
+    shape that is not known is that of `assumed_bands`.
 
     Parameters
     ----------
@@ -179,10 +198,8 @@ def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands
     >>> print(common_bands(Bands(Wavelengths(360, 700, 5)), Bands(Wavelengths(400, 780, 10), None)))
     400-700 nm by 10, triangular bands of 10 nm FWHM
     """
-    fine, coarse = (a, b) if b.grid.step > a.grid.step * (1 + 1e-6) else (b, a)
-    differ = coarse.grid.step > fine.grid.step * (1 + 1e-6)
-    guessed = coarse.grid.step if coarse.fwhm is None and differ else coarse.fwhm or 0.0
-    fwhm = max(guessed, fine.fwhm or 0.0)
+    coarse = b if b.grid.step > a.grid.step * (1 + 1e-6) else a
+    fwhm = max(assumed_bands(a, b).fwhm or 0.0, assumed_bands(b, a).fwhm or 0.0)
     first = max(a.grid.start, b.grid.start) - _SAME
     last = min(a.grid.stop, b.grid.stop) + _SAME
     grid = wanted or coarse.grid

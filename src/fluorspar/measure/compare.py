@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, OptionError, SpectrumError, message
-from fluorspar.image.appearance import auto_exposure, xyz_of
+from fluorspar.image.appearance import auto_exposure
+from fluorspar.image.dataset import add_up
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
-from fluorspar.measure.bands import Bands, common_bands, conversion
+from fluorspar.measure.bands import Bands, assumed_bands, common_bands, conversion
 from fluorspar.measure.compare_images import compare_images, mean_of_images
 from fluorspar.measure.comparison import Comparison, PointComparison
-from fluorspar.measure.difference import band_bias, band_error, ciede2000, rmse
+from fluorspar.measure.difference import adapt_xyz, band_bias, band_error, ciede2000, rmse
 from fluorspar.measure.noise import explained_by_noise
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point
@@ -27,6 +28,9 @@ from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["compare"]
+
+_ROWS = 16
+_EXPOSED = 2**18  # pixels that are enough for an exposure
 
 Array = NDArray[np.float64]
 Source = SpectralImage | PointSpectra | str | os.PathLike[str]
@@ -46,6 +50,7 @@ def compare(
     aperture: Aperture | None = None,
     scene: Scene | None = None,
     component: str | None = None,
+    adapt: bool = False,
     title_a: str = "",
     title_b: str = "",
 ) -> Comparison:
@@ -75,6 +80,9 @@ def compare(
         the file says.
     aperture, scene, component
         As in `measure`.
+    adapt : bool
+        Show pictures adapted from the white of CIELAB to the white of the display, D65, by the linear
+        Bradford transform.
     title_a, title_b : str
         What to call them.
 
@@ -115,10 +123,17 @@ def compare(
             )
         )
     own = [_bands(side, width) for side, width in ((side_a, bandwidth_a), (side_b, bandwidth_b))]
+    given = list(own)
+    own = [assumed_bands(own[0], own[1]), assumed_bands(own[1], own[0])]
     common = common_bands(own[0], own[1], wavelengths)
     to_a, said_a = conversion(own[0], common, "A")
     to_b, said_b = conversion(own[1], common, "B")
     notes = [said_a, said_b]
+    notes += [
+        f"{side}: the band shape is not known; {'samples are' if not known.fwhm else 'this triangle is'} assumed."
+        for side, stated, known in zip("AB", given, own, strict=True)
+        if stated.fwhm is None
+    ]
     title_a, title_b = title_a or _title(side_a, a), title_b or _title(side_b, b)
 
     table_a, table_b = _tables(side_a, side_b, points, scene, aperture, component, (title_a, title_b))
@@ -161,11 +176,12 @@ def compare(
     compared = None
     if pair.a is not None and pair.b is not None:
         compared = _compare_points(pair.a, pair.b, inside, results, scale_error)
-    maps = compare_images(*images, inside, results, exposure, scale_error) if images else None
-    if maps is not None:
-        notes.append(
-            f"Pictures: sRGB, both with {1 / exposure:.4g} cd/m2 as white; the white is D65, no adaptation."
-        )
+    maps = None
+    if images:
+        adapted = _to_display(chosen, observer) if adapt else None
+        maps = compare_images(*images, inside, results, exposure, scale_error=scale_error, to_display=adapted)
+        how = "that of CIELAB is adapted to it (linear Bradford)" if adapt else "no adaptation"
+        notes.append(f"Pictures: sRGB, both with {1 / exposure:.4g} cd/m2 as white; the white is D65, {how}.")
     return replace(results, notes=tuple(notes), points=compared, images=maps)
 
 
@@ -319,11 +335,24 @@ def _scale_error(pair: _Pair, inside: NDArray[np.bool_], match: str) -> float:
 
 def _exposure(side: ImageSide) -> float:
     """The exposure of the pictures: that of A without visible lamps, as `SpectralImage.srgb` has it."""
-    image = side.image
-    every = -(-max(image.size) // 512)
-    dataset = image.dataset.isel(x=slice(None, None, every), y=slice(None, None, every))
+    dataset = side.image.dataset
+    width, height = side.image.size
     lit = [name for name in side.chosen if name != "source"] or list(side.chosen)
-    return auto_exposure(xyz_of(dataset, lit))
+    every = -(-width * height // _EXPOSED)  # of a large image, evenly spaced blocks of rows
+    xyz = [
+        xyz_from_radiance(add_up(dataset, lit, slice(first, first + _ROWS)), side.image.wavelengths).reshape(
+            -1, 3
+        )
+        for first in range(0, height, _ROWS * every)
+    ]
+    return auto_exposure(np.concatenate(xyz))
+
+
+def _to_display(white: Array, observer: str) -> Array:
+    """The matrix of shape (3, 3), to be applied from the right, that shows a white as D65."""
+    grid = Wavelengths(360, 830, 5)
+    display = white_xyz(illuminant("D65").on(grid), grid, observer)
+    return adapt_xyz(np.eye(3), white, display * (white[1] / display[1]))
 
 
 def _white(

@@ -65,7 +65,9 @@ def compare_images(
     inside: NDArray[np.bool_],
     done: Comparison,
     exposure: float,
+    *,
     scale_error: float = 0.0,
+    to_display: Array | None = None,
 ) -> ImageComparison:
     """Compare two images.
 
@@ -81,6 +83,8 @@ def compare_images(
         Of the pictures, m2/cd, in the scale of A.
     scale_error : float
         Relative standard error of the scale.
+    to_display : ndarray of shape (3, 3), optional
+        What XYZ is multiplied with from the right for the pictures.
 
     Returns
     -------
@@ -108,7 +112,8 @@ def compare_images(
         for values in (first, second):
             xyz = xyz_from_radiance(values, done.grid, done.observer)
             labs.append(lab_from_xyz(xyz, done.white))
-            rgb, _ = srgb_from_xyz(np.where(known[..., np.newaxis], xyz, 0.0), exposure)
+            pictured = xyz if to_display is None else xyz @ to_display
+            rgb, _ = srgb_from_xyz(np.where(known[..., np.newaxis], pictured, 0.0), exposure)
             shown.append(rgb)
         maps["de00"][rows] = ciede2000(*labs)
         for picture, rgb in zip(pictures, shown, strict=True):

@@ -241,6 +241,8 @@ def _matrix(
     bar: str = "right",
 ) -> None:
     """Draw D_L in 10^-3 / nm: excitation to the right, emission upwards, the diagonal as a line."""
+    from matplotlib.patches import Rectangle
+
     values = 1e3 * density
     lit = values[values > 0]
     high = 1e3 * limit if limit else (float(np.percentile(lit, 99)) if lit.size else 1.0)
@@ -263,7 +265,12 @@ def _matrix(
         _hundreds(axis)
     label, extend = "D$_L$, 10$^{-3}$ / nm", "both" if signed else "max"
     if bar == "inside":  # above the diagonal there is nothing to see
-        inset = panel.inset_axes((0.56, 0.17, 0.4, 0.04))
+        panel.add_patch(
+            Rectangle(
+                (0.5, 0.03), 0.49, 0.25, transform=panel.transAxes, color="white", alpha=0.85, linewidth=0
+            )
+        )
+        inset = panel.inset_axes((0.56, 0.17, 0.38, 0.04))
         panel.figure.colorbar(drawn, cax=inset, orientation="horizontal", extend=extend)
         inset.set_title(label, fontsize=6.0, pad=2)
         inset.tick_params(labelsize=6.0, length=2, pad=1)

@@ -18,7 +18,7 @@ from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["CHUNK", "estimate"]
 
-CHUNK = 1 << 20  # paths traced at a time; a constant, because the random numbers of a pixel depend on it
+CHUNK = 1 << 19  # paths traced at a time; a constant, because the random numbers of a pixel depend on it
 
 
 def estimate(

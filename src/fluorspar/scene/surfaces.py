@@ -264,7 +264,7 @@ class _Reader:
                     f"BSDF '{plugin}' is not a matte surface of one spectrum",
                     where=where,
                     expected=f"diffuse, twosided or {FLUORESCENT}, with spectra that are the same all over the surface",
-                    fix="replace it, or render it as a diffuse surface of its average reflectance with --matte (matte=True)",
+                    fix="replace it, or render it diffuse, of its average reflectance, with --matte (matte=True)",
                 )
             )
         warnings.warn(

@@ -29,9 +29,10 @@ def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
     >>> from fluorspar.spectral.fitting import fit_material
     >>> from fluorspar.spectral.measured import MeasuredMatrix
     >>> w = np.arange(400.0, 701.0, 10.0)
-    >>> fit = fit_material(MeasuredMatrix(w, w, 0.3 * np.eye(31), "grey"))
+    >>> cells = 0.3 * np.eye(31) + np.random.default_rng(1).normal(0, 0.003, (31, 31))
+    >>> fit = fit_material(MeasuredMatrix(w, w, cells, "grey"))
     >>> fit_quality(fit, report_fit(fit.measured, fit.material), report_fit(fit.measured, fit.material, 5.0))
-    'not fluorescent: no luminescence beyond the noise of 0.0000 per cell'
+    'not fluorescent: no luminescence beyond the noise of 0.0030 per cell'
     """
     if fit.rank == 0:
         return f"not fluorescent: no luminescence beyond the noise of {fit.noise.white:.4f} per cell"

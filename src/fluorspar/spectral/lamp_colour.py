@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ExtrapolationWarning, OptionError, SpectrumError, message
+from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
 from fluorspar.spectral.colour import _SRGB_FROM_XYZ, CIE_1931, lab_from_xyz, observer_weights, srgb_from_xyz
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.material import Material
@@ -17,16 +18,12 @@ from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.spectral.whiteness import Whiteness, cie_whiteness
 
-__all__ = ["LampColour", "adapt_to_d65", "colour_under_condition", "colour_under_lamp", "lamp_on"]
+__all__ = ["LampColour", "colour_under_condition", "colour_under_lamp", "lamp_on"]
 
 Array = NDArray[np.float64]
 
 WIDE = Wavelengths(300, 780, 5)
 """The grid of colours under lamps: it holds the ultraviolet that excites brighteners."""
-
-# Bradford: XYZ to sharpened cone responses (Lam 1985; ICC.1:2010, annex E)
-_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
-_D65 = np.array([0.9505, 1.0, 1.089])  # the white of the sRGB matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -313,29 +310,6 @@ def lamp_on(lamp: str | Spectrum, grid: Wavelengths, uv_cut: float | None = None
         text = f"{spectrum.title}: data for {first:g}-{last:g} nm, used on {grid}; assumed: no light outside"
         warnings.warn(text, ExtrapolationWarning, stacklevel=2)
     return light, words
-
-
-def adapt_to_d65(xyz: Array, white: Array) -> Array:
-    """Adapt XYZ to the D65 of sRGB (linear Bradford transform), so that `white` becomes its white.
-
-    Parameters
-    ----------
-    xyz : ndarray of shape (..., 3)
-    white : ndarray of shape (3,)
-        XYZ of the white that the eye is adapted to, in the same unit.
-
-    Returns
-    -------
-    ndarray of shape (..., 3)
-
-    Examples
-    --------
-    >>> adapt_to_d65(np.array([109.85, 100.0, 35.58]), np.array([109.85, 100.0, 35.58])).round(2)
-    array([ 95.05, 100.  , 108.9 ])
-    """
-    gains = (_BRADFORD @ _D65) / (_BRADFORD @ (white / white[1]))
-    transform = np.linalg.inv(_BRADFORD) @ (gains[:, None] * _BRADFORD)
-    return np.asarray(xyz @ transform.T)
 
 
 def _shown(

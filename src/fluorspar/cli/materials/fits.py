@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,7 @@ import typer
 from fluorspar.cli import console
 from fluorspar.cli.materials.common import PlotOption, check_plot, write_plot
 from fluorspar.errors import OptionError, message
+from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["fit"]
 
@@ -49,7 +51,6 @@ def fit(
     from fluorspar.spectral.fitting import fit_material
     from fluorspar.spectral.material_file import write_material
     from fluorspar.spectral.material_resampling import resampled
-    from fluorspar.spectral.wavelengths import Wavelengths
 
     if output.suffix.lower() != ".csv":
         fault = "a material file is a .csv file"
@@ -85,13 +86,9 @@ def fit(
         console.out.print(f"wrote {plot}", markup=False, highlight=False)
 
 
-def _support(grid: object, first: float, step: float) -> tuple[float, float]:
+def _support(grid: Wavelengths | None, first: float, step: float) -> tuple[float, float]:
     """Return a range of measured wavelengths, extended, that covers a grid: 300 to 780 nm without one."""
-    import math
-
-    from fluorspar.spectral.wavelengths import Wavelengths
-
-    if not isinstance(grid, Wavelengths):
+    if grid is None:
         return 300.0, 780.0
     below = math.floor((grid.start - first) / step + 1e-6)
     above = math.ceil((grid.stop - first) / step - 1e-6)

@@ -174,7 +174,7 @@ def _colours(made: Material, fitted: Material | None = None) -> Table:
             light,
             *cells,
             hexadecimal(seen.srgb),
-            f"{100 * seen.luminescent_share:.0f} %",
+            f"{round(100 * seen.luminescent_share)} %",
         ]
         if other is not None:
             row.append(" ".join(f"{value:.1f}" for value in other.lab.round(1) + 0.0))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.materials.common import LibraryOption, swatch
+
+if TYPE_CHECKING:
+    from fluorspar.spectral.material import Material
 
 __all__ = ["list_materials"]
 
@@ -41,11 +44,8 @@ def list_materials(
     console.out.print(table)
 
 
-def _peaks(made: object) -> str:
+def _peaks(made: Material) -> str:
     """Excitation and emission peak of the strongest fluorophore."""
-    from fluorspar.spectral.material import Material
-
-    assert isinstance(made, Material)
     if not made.fluorescent:
         return ""
     if made.matrix is not None:

@@ -1,0 +1,188 @@
+"""`measure`, `compare` and `convert`: what they print and write, their exit codes, and what bad input gets."""
+
+from __future__ import annotations
+
+import io
+import json
+
+import numpy as np
+import pytest
+from command_line import OLD, CommandLine
+from PIL import Image, ImageCms
+
+from fluorspar import SpectralImage, Wavelengths
+from fluorspar.measure.point_spectra import read_point_spectra
+
+GRID = Wavelengths(400, 700, 20)
+POINTS = "point,x,y,white\nleft,2,3,0.85\nright,9,4,\n"
+
+
+def image(factor: float = 1.0, size: tuple[int, int] = (8, 12), grid: Wavelengths = GRID) -> SpectralImage:
+    """Light in the components 1 and 2, random but the same for every factor, with standard errors."""
+    radiance = np.zeros((7, *size, len(grid)))
+    radiance[1:3] = factor * (0.1 + np.random.default_rng(1).random((2, *size, len(grid))))
+    return SpectralImage.from_arrays(radiance, grid, 0.01 * radiance.sum(axis=0), {"scene": "room.xml"})
+
+
+@pytest.fixture
+def files(fluorspar: CommandLine) -> CommandLine:
+    """A folder with two images, one twice as bright as the other, and two points in them."""
+    image().save("a.nc")
+    image(2.0).save("b.exr")
+    fluorspar.write("points.csv", POINTS)
+    return fluorspar
+
+
+class TestMeasure:
+    def test_spectra_and_a_figure(self, files: CommandLine) -> None:
+        done = files("measure", "a.nc", "points.csv", "--aperture", "1px", "-o", "s.csv", "-o", "s.png")
+        assert (done.code, done.err) == (0, "")
+        assert "illuminance" in done.out
+        spectra = read_point_spectra("s.csv")
+        np.testing.assert_allclose(spectra.at("left"), image().total()[3, 2], rtol=1e-6)
+        with Image.open("s.png") as figure:
+            assert figure.width > 1000
+
+    def test_normalised_at_a_point(self, files: CommandLine) -> None:
+        arguments = ("--aperture", "1px", "-o", "s.csv", "--normalise", "left")
+        assert files("measure", "a.nc", "points.csv", *arguments).code == 0
+        assert read_point_spectra("s.csv").at("left").mean() == pytest.approx(1)
+
+    @pytest.mark.parametrize(
+        ("points", "said"),
+        [
+            ("point,x,y\n1,12,3\n", "a point is outside the image"),
+            ("point,x,y,colour\n1,2,3,red\n", "unknown: colour"),
+            ("point,x,y,z\n1,2,3,4\n", "the scene is needed"),
+        ],
+    )
+    def test_bad_points(self, files: CommandLine, points: str, said: str) -> None:
+        files.write("points.csv", points)
+        before = files.files()
+        done = files("measure", "a.nc", "points.csv", "-o", "old.png")
+        assert done.code == 2
+        assert done.says(said)
+        assert files.files() == before
+
+
+class TestCompare:
+    def test_an_image_with_itself(self, files: CommandLine) -> None:
+        done = files("compare", "a.nc", "a.nc", "--fail-above", "rmse=0", "--fail-above", "de00_max=0")
+        assert (done.code, done.err) == (0, "")
+
+    def test_reports_have_the_same_numbers(self, files: CommandLine) -> None:
+        outputs = ("-o", "r.json", "-o", "r.html", "-o", "r.png")
+        assert files("compare", "a.nc", "b.exr", *outputs).code == 0
+        numbers = json.loads((files.folder / "r.json").read_text())
+        assert numbers["images"]["bias"] == pytest.approx(1.0)
+        assert f"{numbers['images']['rmse']:.4g}" in (files.folder / "r.html").read_text()
+
+    def test_matched_at_a_point_twice_as_bright_is_the_same(self, files: CommandLine) -> None:
+        arguments = ("--points", "points.csv", "--aperture", "1px", "--match", "left")
+        done = files("compare", "a.nc", "b.exr", *arguments, "--fail-above", "rmse=1e-5")
+        assert done.code == 0
+        assert "2 points" in done.out
+
+    def test_beyond_a_limit_the_exit_code_is_1_and_the_report_is_there(self, files: CommandLine) -> None:
+        done = files("compare", "a.nc", "b.exr", "--fail-above", "rmse=0.05", "-o", "r.json")
+        assert done.code == 1
+        assert done.says("rmse is", "above 0.05")
+        assert (files.folder / "r.json").exists()
+
+    def test_a_table_and_an_image(self, files: CommandLine) -> None:
+        assert files("measure", "a.nc", "points.csv", "--aperture", "1px", "-o", "s.csv").code == 0
+        arguments = ("--points", "points.csv", "--aperture", "1px", "--fail-above", "rmse=1e-6")
+        assert files("compare", "s.csv", "a.nc", *arguments).code == 0
+
+    @pytest.mark.parametrize(
+        ("arguments", "said"),
+        [
+            (("a.nc", "small.nc"), "the images differ in size"),
+            (("a.nc", "infrared.nc"), "no wavelengths in common"),
+            (("a.nc", "missing.nc"), "the image file does not exist"),
+            (("a.nc", "truncated.exr"), "truncated or damaged"),
+            (("a.nc", "rgb.exr"), "no spectral channel"),
+            (("a.nc", "a.pdf"), "this kind of file cannot be compared"),
+            (("a.nc", "a.nc", "--match", "7"), "without points"),
+            (("a.nc", "a.nc", "--white", "daylight"), "there is no such illuminant"),
+            (("a.nc", "a.nc", "--fail-above", "rsme=1"), "there is no such number"),
+            (("a.nc", "a.nc", "--fail-above", "rmse=low"), "a limit is not a number"),
+            (("a.nc", "a.nc", "--observer", "5"), "there is no such observer"),
+            (("a.nc", "a.nc", "-o", "r.pdf"), "this kind of file cannot be written"),
+            (("a.nc", "a.nc", "-o", "none/r.json"), "the directory to write to does not exist"),
+        ],
+    )
+    def test_bad_input_writes_nothing(
+        self, files: CommandLine, arguments: tuple[str, ...], said: str
+    ) -> None:
+        import OpenEXR
+
+        image(size=(4, 4)).save("small.nc")
+        image(grid=Wavelengths(800, 900, 20)).save("infrared.nc")
+        content = (files.folder / "b.exr").read_bytes()
+        (files.folder / "truncated.exr").write_bytes(content[: len(content) // 2])
+        with OpenEXR.File({}, {name: np.ones((8, 12), np.float32) for name in "RGB"}) as rgb:
+            rgb.write("rgb.exr")
+        before = files.files()
+        outputs = () if "-o" in arguments else ("-o", "old.png")
+        done = files("compare", *arguments, *outputs)
+        assert done.code == 2, done
+        assert done.says(said)
+        assert files.files() == before
+
+
+class TestConvert:
+    @pytest.mark.parametrize("suffix", [".nc", ".exr"])
+    def test_all_components_stay(self, files: CommandLine, suffix: str) -> None:
+        assert files("convert", "a.nc", f"c{suffix}").code == 0
+        with SpectralImage.open(f"c{suffix}") as read:
+            np.testing.assert_array_equal(read.dataset.radiance, image().dataset.radiance)
+
+    def test_a_component_to_envi(self, files: CommandLine) -> None:
+        done = files("convert", "a.nc", "c.hdr", "--component", "direct_reflection")
+        assert (done.code, done.err) == (0, "")
+        read = SpectralImage.open("c.hdr")
+        np.testing.assert_array_equal(read.total(), image().component("direct_reflection"))
+
+    def test_envi_says_that_it_holds_the_total_only(self, files: CommandLine) -> None:
+        assert files("convert", "a.nc", "c.hdr").says("the total was written")
+
+    def test_the_total_on_other_wavelengths(self, files: CommandLine) -> None:
+        assert files("convert", "a.nc", "c.nc", "--total", "--wavelengths", "420:660:40").code == 0
+        with SpectralImage.open("c.nc") as read:
+            assert (read.components, read.wavelengths) == (("total",), Wavelengths(420, 660, 40))
+            np.testing.assert_allclose(read.total(), image().total()[..., 1:14:2], rtol=1e-6)
+            assert "every sample that is needed" in read.attrs["converted"]
+
+    def test_a_picture_has_the_srgb_profile(self, files: CommandLine) -> None:
+        assert files("convert", "a.nc", "c.png").code == 0
+        with Image.open("c.png") as picture:
+            profile = ImageCms.ImageCmsProfile(io.BytesIO(picture.info["icc_profile"]))
+        assert "sRGB" in ImageCms.getProfileDescription(profile)
+
+    @pytest.mark.parametrize(
+        ("arguments", "said"),
+        [
+            (("a.nc", "a.nc"), "cannot be converted onto itself"),
+            (("a.nc", "old.nc", "--component", "glow"), "no such component"),
+            (("a.nc", "old.nc", "--component", "source", "--total"), "exclude each other"),
+            (("a.nc", "old.nc", "--wavelengths", "300:700:20"), "outside the data"),
+            (("a.nc", "old.tif"), "this kind of file cannot be written"),
+            (("old.nc", "c.nc"), "not readable"),
+        ],
+    )
+    def test_bad_input_writes_nothing(
+        self, files: CommandLine, arguments: tuple[str, ...], said: str
+    ) -> None:
+        before = files.files()
+        done = files("convert", *arguments)
+        assert done.code == 2
+        assert done.says(said)
+        assert files.files() == before
+
+
+def test_an_old_report_survives_a_comparison_that_fails(files: CommandLine) -> None:
+    report = files.folder / "r.html"
+    report.write_bytes(OLD)
+    assert files("compare", "a.nc", "missing.nc", "-o", "r.html").code == 2
+    assert report.read_bytes() == OLD

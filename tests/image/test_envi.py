@@ -1,0 +1,127 @@
+"""ENVI files, ours read by the `spectral` package, and its own read by us."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fluorspar.errors import ApproximationWarning, ImageError
+from fluorspar.image.components import TOTAL
+from fluorspar.image.spectral_image import SpectralImage
+
+envi = pytest.importorskip("spectral.io.envi")
+
+CUBE = np.random.default_rng(7).random((4, 5, 6)).astype(np.float32)
+AT = [400.0, 420.0, 440.0, 460.0, 480.0, 500.0]
+
+
+def write(path, cube=CUBE, **metadata):
+    given = {"wavelength": AT, "wavelength units": "Nanometers"} | metadata
+    envi.save_image(
+        str(path), cube, metadata={k: v for k, v in given.items() if v is not None}, force=True, ext=".img"
+    )
+
+
+class TestOurs:
+    def test_the_spectral_package_reads_the_total(self, image, tmp_path):
+        image.save(tmp_path / "a.hdr")
+        read = envi.open(str(tmp_path / "a.hdr"))
+        np.testing.assert_array_equal(np.asarray(read.load()), image.total())
+        assert read.metadata["wavelength units"] == "Nanometers"
+        np.testing.assert_array_equal(
+            [float(at) for at in read.metadata["wavelength"]], image.wavelengths.values
+        )
+        assert "W m-2 sr-1 nm-1" in read.metadata["description"]
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["a.hdr", "a.img"]
+
+    def test_round_trip(self, image, tmp_path):
+        image.save(tmp_path / "a.hdr")
+        read = SpectralImage.open(tmp_path / "a.hdr")
+        assert read.components == (TOTAL,)
+        assert read.wavelengths == image.wavelengths
+        np.testing.assert_array_equal(read.total(), image.total())
+
+    # the spectral package leaves its file open then
+    @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+    def test_a_full_disk_leaves_older_files_intact(self, make_image, tmp_path, file_size_limit):
+        for name in ("a.hdr", "a.img"):
+            (tmp_path / name).write_bytes(b"precious")
+        with file_size_limit(20_000), pytest.raises(ImageError, match=r"(?s)disk is full.*unchanged"):
+            make_image(height=40, width=50).save(tmp_path / "a.hdr")
+        assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {
+            "a.hdr": b"precious",
+            "a.img": b"precious",
+        }
+
+
+class TestOthers:
+    @pytest.mark.parametrize("interleave", ["bip", "bil", "bsq"])
+    @pytest.mark.parametrize("dtype", [np.float32, np.float64, np.uint16])
+    def test_order_and_type_of_the_numbers(self, tmp_path, interleave, dtype):
+        cube = (1000 * CUBE).astype(dtype)
+        envi.save_image(
+            str(tmp_path / "a.hdr"),
+            cube,
+            dtype=dtype,
+            interleave=interleave,
+            byteorder=1,
+            metadata={"wavelength": AT, "wavelength units": "nm"},
+        )
+        np.testing.assert_array_equal(SpectralImage.open(tmp_path / "a.hdr").total(), cube.astype(np.float32))
+
+    def test_micrometres(self, tmp_path):
+        write(
+            tmp_path / "a.hdr", **{"wavelength": [at / 1000 for at in AT], "wavelength units": "Micrometers"}
+        )
+        np.testing.assert_allclose(SpectralImage.open(tmp_path / "a.hdr").wavelengths.values, AT)
+
+    def test_descending_wavelengths(self, tmp_path):
+        write(tmp_path / "a.hdr", wavelength=AT[::-1])
+        np.testing.assert_array_equal(SpectralImage.open(tmp_path / "a.hdr").total(), CUBE[..., ::-1])
+
+    def test_scale_factor_and_ignored_pixels(self, tmp_path):
+        cube = np.array(1000 * CUBE, np.int16)
+        cube[1, 2] = -999
+        write(tmp_path / "a.hdr", cube, **{"reflectance scale factor": 1000, "data ignore value": -999})
+        total = SpectralImage.open(tmp_path / "a.hdr").total().values
+        assert np.isnan(total[1, 2]).all()
+        np.testing.assert_allclose(total[0], cube[0] / 1000, rtol=1e-6)
+
+    def test_uneven_wavelengths_are_interpolated_and_said(self, tmp_path):
+        write(tmp_path / "a.hdr", wavelength=[400, 405, 440, 460, 480, 500])
+        with pytest.warns(ApproximationWarning, match="not evenly spaced"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+
+class TestFaults:
+    def test_missing(self, tmp_path):
+        with pytest.raises(ImageError, match="does not exist"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+    def test_truncated(self, tmp_path):
+        write(tmp_path / "a.hdr")
+        content = (tmp_path / "a.img").read_bytes()
+        (tmp_path / "a.img").write_bytes(content[:-4])
+        with pytest.raises(ImageError, match=r"(?s)truncated.*476 bytes.*480 bytes"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+    def test_the_data_are_missing(self, tmp_path):
+        write(tmp_path / "a.hdr")
+        (tmp_path / "a.img").unlink()
+        with pytest.raises(ImageError, match="not readable"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+    def test_not_envi(self, tmp_path):
+        (tmp_path / "a.hdr").write_text("#?RADIANCE\n")
+        with pytest.raises(ImageError, match="not readable"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+    def test_no_wavelengths(self, tmp_path):
+        write(tmp_path / "a.hdr", wavelength=None)
+        with pytest.raises(ImageError, match=r"(?s)no wavelengths.*wavelength = "):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+    def test_an_unknown_unit(self, tmp_path):
+        write(tmp_path / "a.hdr", **{"wavelength units": "Wavenumber"})
+        with pytest.raises(ImageError, match=r"(?s)unit of the wavelengths.*wavenumber"):
+            SpectralImage.open(tmp_path / "a.hdr")
