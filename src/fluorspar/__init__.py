@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fluorspar.scene.scene import Scene, load_scene
     from fluorspar.spectral.donaldson import DonaldsonMatrix
     from fluorspar.spectral.illuminants import illuminant
+    from fluorspar.spectral.lamp_colour import colour_under_condition, colour_under_lamp
     from fluorspar.spectral.library import material, materials
     from fluorspar.spectral.material import Fluorophore, Material
     from fluorspar.spectral.spectrum import Spectrum
@@ -39,6 +40,8 @@ _HOME = {
     "SpectralImage": "image.spectral_image",
     "Spectrum": "spectral.spectrum",
     "Wavelengths": "spectral.wavelengths",
+    "colour_under_condition": "spectral.lamp_colour",
+    "colour_under_lamp": "spectral.lamp_colour",
     "illuminant": "spectral.illuminants",
     "load_scene": "scene.scene",
     "material": "spectral.library",
@@ -56,6 +59,8 @@ __all__ = [
     "SpectralImage",
     "Spectrum",
     "Wavelengths",
+    "colour_under_condition",
+    "colour_under_lamp",
     "illuminant",
     "load_scene",
     "material",

@@ -15,6 +15,7 @@ from fluorspar.measure.compare import compare
 from fluorspar.measure.difference import ciede2000
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point
+from fluorspar.measure.sides import ImageSide
 from fluorspar.spectral.colour import CIE_1931, lab_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -176,6 +177,14 @@ class TestMapsByHand:
 
 
 class TestSides:
+    def test_errors_of_fully_correlated_bands_add_up_also_where_weights_are_negative(self):
+        """As at the ends, where spectra are continued by point reflection: weights 2, -1, ..., errors of 1."""
+        side = ImageSide(
+            image_of(np.ones((1, 1, 7)), error=np.ones((1, 1, 7))), Bands(GRID), np.eye(1, 7) * 3 - 1
+        )
+        assert side.errors(slice(0, 1))[0, 0, 0] == 2 + 6
+        assert side.radiance(slice(0, 1))[0, 0, 0] == 2 - 6
+
     def test_an_image_and_a_table_by_the_names_of_the_points(self, random_image):
         points = (Point("p", (3, 4)), Point("q", (5, 6)))
         total = random_image.total().values

@@ -16,13 +16,14 @@ from fluorspar.measure.aperture import Aperture
 from fluorspar.measure.bands import Bands, assumed_bands, common_bands, conversion
 from fluorspar.measure.compare_images import compare_images, mean_of_images
 from fluorspar.measure.comparison import Comparison, PointComparison
-from fluorspar.measure.difference import adapt_xyz, band_bias, band_error, ciede2000, rmse
+from fluorspar.measure.difference import band_bias, band_error, ciede2000, rmse
 from fluorspar.measure.noise import explained_by_noise
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point
 from fluorspar.measure.sides import ImageSide, open_side
 from fluorspar.measure.spectroradiometer import RANGE, measure
 from fluorspar.scene.scene import Scene
+from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
 from fluorspar.spectral.colour import CIE_1931, lab_from_xyz, luminance, white_xyz, xyz_from_radiance
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -178,7 +179,7 @@ def compare(
         compared = _compare_points(pair.a, pair.b, inside, results, scale_error)
     maps = None
     if images:
-        adapted = _to_display(chosen, observer) if adapt else None
+        adapted = adapt_to_d65(np.eye(3), chosen) if adapt else None
         maps = compare_images(*images, inside, results, exposure, scale_error=scale_error, to_display=adapted)
         how = "that of CIELAB is adapted to it (linear Bradford)" if adapt else "no adaptation"
         notes.append(f"Pictures: sRGB, both with {1 / exposure:.4g} cd/m2 as white; the white is D65, {how}.")
@@ -346,13 +347,6 @@ def _exposure(side: ImageSide) -> float:
         for first in range(0, height, _ROWS * every)
     ]
     return auto_exposure(np.concatenate(xyz))
-
-
-def _to_display(white: Array, observer: str) -> Array:
-    """The matrix of shape (3, 3), to be applied from the right, that shows a white as D65."""
-    grid = Wavelengths(360, 830, 5)
-    display = white_xyz(illuminant("D65").on(grid), grid, observer)
-    return adapt_xyz(np.eye(3), white, display * (white[1] / display[1]))
 
 
 def _white(

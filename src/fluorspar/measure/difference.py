@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from fluorspar.errors import OptionError, message
 from fluorspar.spectral.tables_of_colour_science import colour_science
 
-__all__ = ["adapt_xyz", "band_bias", "band_error", "ciede2000", "expected_rmse", "rmse"]
+__all__ = ["band_bias", "band_error", "ciede2000", "expected_rmse", "rmse"]
 
 Array = NDArray[np.float64]
 
@@ -152,28 +152,3 @@ def ciede2000(lab_a: ArrayLike, lab_b: ArrayLike) -> Array:
     difference = colour_science().difference.delta_E_CIE2000
     with np.errstate(invalid="ignore"):
         return np.asarray(difference(np.asarray(lab_a, float), np.asarray(lab_b, float)), dtype=np.float64)
-
-
-def adapt_xyz(xyz: ArrayLike, white: ArrayLike, to_white: ArrayLike) -> Array:
-    """Adapt colours from one white to another, by the linear Bradford transform of colour-science.
-
-    Parameters
-    ----------
-    xyz : array_like of shape (..., 3)
-    white, to_white : array_like of shape (3,)
-        XYZ of the white they are seen under, and of the white they are to be shown under. The scale of both
-        counts: white becomes to_white.
-
-    Returns
-    -------
-    ndarray of shape (..., 3)
-
-    Examples
-    --------
-    >>> adapt_xyz([110.0, 100.0, 35.0], [110.0, 100.0, 35.0], [95.05, 100.0, 108.9]).round(2)
-    array([ 95.05, 100.  , 108.9 ])
-    """
-    matrix = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
-        np.asarray(white, float), np.asarray(to_white, float), transform="Bradford"
-    )
-    return np.asarray(np.asarray(xyz, float) @ np.asarray(matrix, float).T)

@@ -11,10 +11,10 @@ import numpy as np
 from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.measured import MeasuredMatrix
 from fluorspar.spectral.measured_check import check_measured
+from fluorspar.spectral.tables import refuse_huge
 
 __all__ = ["read_bfc"]
 
-_LARGEST = 10_000_000  # bytes; a real file has 25 kB
 _HEADER = "r:c:"
 _END = "EOD"
 
@@ -98,10 +98,7 @@ def read_bfc(path: str | Path) -> MeasuredMatrix:
 def _lines(path: Path) -> list[str]:
     """Return the lines of a file; its size is looked at first, so that a file named by mistake is not read."""
     try:
-        size = path.stat().st_size
-        if size > _LARGEST:
-            fault, expected = "a file is too large for a BFC file", f"at most {_LARGEST:,} bytes"
-            raise MaterialError(message(fault, where=path, got=f"{size:,} bytes", expected=expected))
+        refuse_huge(path, MaterialError)
         text = path.read_bytes().decode("latin-1")
     except FileNotFoundError as err:
         raise MaterialError(

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import FluorsparError, SpectrumError, message
 
-__all__ = ["Table", "parse_table", "read_table"]
+__all__ = ["Table", "parse_table", "read_table", "refuse_huge"]
 
+_LARGEST = 10_000_000  # bytes
 _KEY = re.compile(r"^#\s*([A-Za-z][\w-]*)\s*:\s*(.*)$")
 
 
@@ -40,6 +41,20 @@ class Table:
     where: str
 
 
+def refuse_huge(path: Path, error: type[FluorsparError]) -> None:
+    """Refuse a file that was named by mistake, by its size, before it is read.
+
+    Raises
+    ------
+    FluorsparError
+        Of class `error`, if the file is larger than 10 MB. A measured matrix has 25 kB.
+    """
+    if path.is_file() and (size := path.stat().st_size) > _LARGEST:
+        fault, fix = "the file is too large for a table of spectra", "was another file meant?"
+        expected = f"at most {_LARGEST:,} bytes"
+        raise error(message(fault, where=path, got=f"{size:,} bytes", expected=expected, fix=fix))
+
+
 def read_table(path: Path | Traversable, *, error: type[FluorsparError] = SpectrumError) -> Table:
     """Read a table file: `.csv`, `.spd` or `.txt`.
 
@@ -53,7 +68,7 @@ def read_table(path: Path | Traversable, *, error: type[FluorsparError] = Spectr
     Raises
     ------
     FluorsparError
-        Of class `error`, if the file is missing, not text, or not a table of numbers.
+        Of class `error`, if the file is missing, larger than 10 MB, not text, or not a table of numbers.
 
     Examples
     --------
@@ -62,6 +77,8 @@ def read_table(path: Path | Traversable, *, error: type[FluorsparError] = Spectr
     >>> table.header, table.rows.shape
     (('wavelength', 'value'), (107, 2))
     """
+    if isinstance(path, Path):
+        refuse_huge(path, error)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError as err:
@@ -102,8 +119,11 @@ def parse_table(text: str, *, where: str, error: type[FluorsparError] = Spectrum
         if None in numbers and not header and not rows:
             header = tuple(cells)
         elif None in numbers:
-            bad = cells[numbers.index(None)]
-            raise error(message("a cell is not a number", where=f"{where}, line {number}", got=repr(bad)))
+            column = numbers.index(None)
+            at = f"{where}, line {number}, cell {column + 1}"
+            raise error(
+                message("a cell is not a number", where=at, got=repr(cells[column]), expected="a number")
+            )
         elif len(numbers) != width:
             fault = "a row has the wrong number of cells"
             raise error(message(fault, where=f"{where}, line {number}", got=len(numbers), expected=width))

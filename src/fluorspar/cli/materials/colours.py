@@ -17,7 +17,6 @@ from fluorspar.cli.materials.common import (
     swatch,
     write_plot,
 )
-from fluorspar.cli.materials.matrices import check_size
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
@@ -69,7 +68,6 @@ def colour(
     if output is not None:
         check_target(output)
     grid, seen_by = Wavelengths.parse(wavelengths), _observer(observer)
-    check_size(name)
     made = material(name, library or [])
     if condition is None:
         lamp = _lamp(illuminant or "D65")

@@ -43,7 +43,7 @@ def inspect(
 
     Example:  fluorspar materials inspect sheet.bfc --plot sheet.png
     """
-    from fluorspar.cli.materials.matrices import check_size, find_matrix
+    from fluorspar.cli.materials.matrices import find_matrix
     from fluorspar.spectral.library import material
     from fluorspar.spectral.material import Material
 
@@ -51,7 +51,6 @@ def inspect(
     path = Path(file)
     measured = find_matrix(path) if path.suffix.lower() in (".bfc", ".csv") else None
     if measured is None:
-        check_size(file)
         made = material(file, library or [])
         console.out.print(repr(made), markup=False, highlight=False)
         _yields(made)

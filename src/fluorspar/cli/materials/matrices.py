@@ -10,28 +10,7 @@ from fluorspar.errors import MaterialError, message
 if TYPE_CHECKING:
     from fluorspar.spectral.measured import MeasuredMatrix
 
-__all__ = ["check_size", "find_matrix", "read_matrix"]
-
-_LARGEST = 10_000_000  # bytes; a measured matrix has 25 kB
-
-
-def check_size(name: str | Path) -> None:
-    """Refuse a file that was named by mistake before it is read.
-
-    Raises
-    ------
-    MaterialError
-        If there is a file of that name and it is larger than 10 MB.
-
-    Examples
-    --------
-    >>> check_size("poster-red")
-    """
-    path = Path(name)
-    if path.is_file() and (size := path.stat().st_size) > _LARGEST:
-        fault, fix = "the file is too large for a material", "was another file meant?"
-        expected = f"at most {_LARGEST:,} bytes"
-        raise MaterialError(message(fault, where=path, got=f"{size:,} bytes", expected=expected, fix=fix))
+__all__ = ["find_matrix", "read_matrix"]
 
 
 def find_matrix(path: Path) -> MeasuredMatrix | None:
@@ -47,7 +26,6 @@ def find_matrix(path: Path) -> MeasuredMatrix | None:
     from fluorspar.spectral.measured_check import check_measured
     from fluorspar.spectral.tables import read_table
 
-    check_size(path)
     if path.suffix.lower() == ".bfc":
         return read_bfc(path)
     table = read_table(path, error=MaterialError)

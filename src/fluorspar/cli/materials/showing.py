@@ -10,7 +10,6 @@ from fluorspar.cli.materials.common import (
     check_plot,
     write_plot,
 )
-from fluorspar.cli.materials.matrices import check_size
 
 __all__ = ["show"]
 
@@ -23,7 +22,6 @@ def show(name: MaterialArgument, plot: PlotOption = None, library: LibraryOption
     from fluorspar.spectral.library import material
 
     check_plot(plot)
-    check_size(name)
     made = material(name, library or [])
     console.out.print(repr(made), markup=False, highlight=False)
     if plot is not None:
