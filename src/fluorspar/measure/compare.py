@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, OptionError, SpectrumError, message
-from fluorspar.image.appearance import auto_exposure
-from fluorspar.image.dataset import add_up
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
 from fluorspar.measure.bands import Bands, assumed_bands, common_bands, conversion
-from fluorspar.measure.compare_images import compare_images, mean_of_images
+from fluorspar.measure.compare_images import compare_images
 from fluorspar.measure.comparison import Comparison, PointComparison
 from fluorspar.measure.difference import band_bias, band_error, ciede2000, rmse
+from fluorspar.measure.matching import Pair, exposure_of, matched_scale, scale_error_of, white_of
 from fluorspar.measure.noise import explained_by_noise
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point
@@ -24,14 +23,10 @@ from fluorspar.measure.sides import ImageSide, open_side
 from fluorspar.measure.spectroradiometer import RANGE, measure
 from fluorspar.scene.scene import Scene
 from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
-from fluorspar.spectral.colour import CIE_1931, lab_from_xyz, luminance, white_xyz, xyz_from_radiance
-from fluorspar.spectral.illuminants import illuminant
+from fluorspar.spectral.colour import CIE_1931, lab_from_xyz, xyz_from_radiance
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["compare"]
-
-_ROWS = 16
-_EXPOSED = 2**18  # pixels that are enough for an exposure
 
 Array = NDArray[np.float64]
 Source = SpectralImage | PointSpectra | str | os.PathLike[str]
@@ -142,7 +137,7 @@ def compare(
         notes += [
             f"{side}: {note}." for side, table in (("A", table_a), ("B", table_b)) for note in table.notes
         ]
-    pair = _Pair(_through(table_a, to_a, common), _through(table_b, to_b, common))
+    pair = Pair(_through(table_a, to_a, common), _through(table_b, to_b, common))
     images: tuple[ImageSide, ImageSide] | None = None
     if isinstance(side_a, SpectralImage) and isinstance(side_b, SpectralImage):
         images = (ImageSide(side_a, own[0], to_a, component), ImageSide(side_b, own[1], to_b, component))
@@ -158,13 +153,13 @@ def compare(
     reached = "" if bands == RANGE else ", which is all that both have of 400-700 nm"
     notes.append(f"RMSE is taken over {inside.sum()} bands, {bands[0]:g}-{bands[1]:g} nm{reached}.")
 
-    scale, mean_a, mean_b, said = _matched(pair, images, common.grid, inside, match, observer)
+    scale, mean_a, mean_b, said = matched_scale(pair, images, common.grid, inside, match, observer)
     notes.append(said)
-    scale_error = _scale_error(pair, inside, match)
+    scale_error = scale_error_of(pair, inside, match)
     if scale_error:
         notes.append(f"The noise of point {match} makes that factor uncertain by {100 * scale_error:.2g} %.")
-    exposure = _exposure(images[0]) if images else 1.0
-    chosen, said = _white(pair.a, white, match, common.grid, observer, 1 / exposure if images else None)
+    exposure = exposure_of(images[0]) if images else 1.0
+    chosen, said = white_of(pair.a, white, match, common.grid, observer, 1 / exposure if images else None)
     notes.append(said)
     first, last = max(common.grid.start, 360.0), min(common.grid.stop, 830.0)
     notes.append(
@@ -184,14 +179,6 @@ def compare(
         how = "that of CIELAB is adapted to it (linear Bradford)" if adapt else "no adaptation"
         notes.append(f"Pictures: sRGB, both with {1 / exposure:.4g} cd/m2 as white; the white is D65, {how}.")
     return replace(results, notes=tuple(notes), points=compared, images=maps)
-
-
-@dataclass(frozen=True)
-class _Pair:
-    """Spectra of the same points on the common bands, or None."""
-
-    a: PointSpectra | None
-    b: PointSpectra | None
 
 
 def _bands(side: SpectralImage | PointSpectra, width: float | None) -> Bands:
@@ -269,109 +256,6 @@ def _through(table: PointSpectra | None, weights: Array | None, common: Bands) -
         return table
     error = None if table.standard_error is None else table.standard_error @ np.abs(weights).T
     return replace(table, bands=common, radiance=table.radiance @ weights.T, standard_error=error)
-
-
-def _matched(
-    pair: _Pair,
-    images: tuple[ImageSide, ImageSide] | None,
-    grid: Wavelengths,
-    inside: NDArray[np.bool_],
-    match: str,
-    observer: str,
-) -> tuple[float, float, float, str]:
-    """What B is multiplied with, what A and B are divided by for RMSE, and a sentence that says it."""
-    if match not in ("none", "luminance"):
-        if pair.a is None or pair.b is None:
-            raise OptionError(
-                message(
-                    "the scales cannot be matched at a point without points",
-                    got=match,
-                    fix="give a points file (--points)",
-                )
-            )
-        mean_a, mean_b = (float(table.at(match)[inside].mean()) for table in (pair.a, pair.b))
-        said = f"Scale: each side is divided by its own mean over these bands at point {match} (Eq. 14)"
-    else:
-        if images is not None:
-            spectra = mean_of_images(*images)
-            over = "pixels"
-        elif pair.a is not None and pair.b is not None:
-            spectra = pair.a.radiance.mean(axis=0), pair.b.radiance.mean(axis=0)
-            over = "points"
-        mean_a = mean_b = float(spectra[0][inside].mean())
-        if match == "luminance":
-            luminances = [float(luminance(spectrum, grid, observer)) for spectrum in spectra]
-            if not min(luminances) > 0:
-                raise OptionError(
-                    message("the scales cannot be matched", got=f"average luminances {luminances}")
-                )
-            mean_b = mean_a * luminances[1] / luminances[0]
-            said = f"Scale: B is matched to A by the average luminance of the {over}"
-        else:
-            said = "Scale: compared as they are"
-        said += f"; for RMSE both are divided by the mean of A over the {over} and these bands"
-    if not (mean_a > 0 and mean_b > 0):
-        raise OptionError(
-            message(
-                "spectra cannot be normalised",
-                got=f"means {mean_a:g} and {mean_b:g}",
-                expected="positive numbers",
-            )
-        )
-    scale = mean_a / mean_b
-    return scale, mean_a, mean_b, f"{said}: {mean_a:.6g} and {mean_b:.6g}, so B counts {scale:.6g} times."
-
-
-def _scale_error(pair: _Pair, inside: NDArray[np.bool_], match: str) -> float:
-    """Relative standard error of the factor that matches the scales at a point; bands fully correlated."""
-    if match in ("none", "luminance"):
-        return 0.0
-    squares = 0.0
-    for table in (pair.a, pair.b):
-        if table is not None and table.standard_error is not None:
-            error = table.standard_error[table.index(match)][inside].mean()
-            squares += float(error / table.at(match)[inside].mean()) ** 2
-    return float(np.sqrt(squares))
-
-
-def _exposure(side: ImageSide) -> float:
-    """The exposure of the pictures: that of A without visible lamps, as `SpectralImage.srgb` has it."""
-    dataset = side.image.dataset
-    width, height = side.image.size
-    lit = [name for name in side.chosen if name != "source"] or list(side.chosen)
-    every = -(-width * height // _EXPOSED)  # of a large image, evenly spaced blocks of rows
-    xyz = [
-        xyz_from_radiance(add_up(dataset, lit, slice(first, first + _ROWS)), side.image.wavelengths).reshape(
-            -1, 3
-        )
-        for first in range(0, height, _ROWS * every)
-    ]
-    return auto_exposure(np.concatenate(xyz))
-
-
-def _white(
-    table: PointSpectra | None,
-    white: str | None,
-    match: str,
-    grid: Wavelengths,
-    observer: str,
-    pictured: float | None,
-) -> tuple[Array, str]:
-    """XYZ of the white of CIELAB in the scale of A, and a sentence that says which it is."""
-    point = white if white is not None and table is not None and white in table.names else None
-    if white is None and match not in ("none", "luminance"):
-        point = match
-    if point is not None and table is not None:
-        xyz = xyz_from_radiance(table.at(point), grid, observer)
-        return xyz, f"White of CIELAB, for both sides: point {point} of A, {xyz[1]:.6g} cd/m2."
-    name = white or "D65"
-    relative = white_xyz(illuminant(name).on(grid, outside="hold"), grid, observer)
-    if table is not None:
-        level, source = float(table.luminance(observer).max()), "the greatest luminance of the points of A"
-    elif pictured is not None:
-        level, source = pictured, "the luminance of white in the pictures"
-    xyz = relative * (level / relative[1])
-    return xyz, f"White of CIELAB, for both sides: {name} at {source}, {level:.6g} cd/m2."
 
 
 def _compare_points(
