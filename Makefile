@@ -11,6 +11,7 @@ render: $(READY)
 	$(BIN)/fluorspar render cornell-box -o out/cornell-box.nc -o out/cornell-box.exr -o out/cornell-box.png --pictures out/components
 
 test: lint types
+	$(BIN)/python -m pytest --quiet --doctest-modules src
 	$(BIN)/python -m pytest
 
 # Opens the report of a comparison in a headless browser; on Debian, as root, it installs one.

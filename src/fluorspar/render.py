@@ -7,13 +7,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 import fluorspar
 from fluorspar.errors import OptionError, message
 from fluorspar.image.dataset import plain_attrs
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.progress import Progress
 from fluorspar.scene.renderer import TRACE_VARIANTS
-from fluorspar.scene.scene import Scene, load_scene
+from fluorspar.scene.scene import Scene, load_scene, whole
 from fluorspar.spectral.donaldson import Stokes
 from fluorspar.spectral.material import Material
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -32,7 +35,7 @@ def render(
     *,
     spp: int | None = None,
     seed: int = 0,
-    wavelengths: Wavelengths | str | None = None,
+    wavelengths: Wavelengths | str | ArrayLike | None = None,
     method: str = "paths",
     size: tuple[int, int] | None = None,
     max_depth: int | None = None,
@@ -57,7 +60,7 @@ def render(
     seed
         Same seed, same image, bit for bit, whatever the number of threads.
     wavelengths
-        Grid in nm, a `Wavelengths` or `"START:STOP:STEP"`; default 360:700:5.
+        Grid in nm: a `Wavelengths`, `"START:STOP:STEP"`, or an evenly spaced array; default 360:700:5.
     method
         `"paths"`: all components, bands and bounces from one pass. `"staged"`: the paper's procedure on stock
         integrators, components 0 to 5.
@@ -135,7 +138,8 @@ def render(
                 "options of the staged method are given", got=f"method={method!r}", expected="method='staged'"
             )
         )
-    if threads is not None and threads < 1:
+    seed = whole("seed", seed)
+    if threads is not None and whole("threads", threads) < 1:
         raise OptionError(message("the number of threads is out of range", got=threads, expected="1 or more"))
     if not 0 <= seed <= LARGEST_SEED:
         fault = "the seed is negative" if seed < 0 else "the seed is too large"
@@ -154,10 +158,10 @@ def render(
         raise OptionError(
             message("materials come too late for a loaded scene", fix="give them to load_scene")
         )
-    width, height = size or (None, None)
+    width, height = _pair(size)
     scene = scene.with_settings(spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth)
     scene = scene.with_whole_samples()
-    grid = Wavelengths.parse(wavelengths) if isinstance(wavelengths, str) else wavelengths or Wavelengths()
+    grid = _grid(wavelengths)
     attrs: dict[str, Any] = {
         "version": fluorspar.__version__,
         "method": method,
@@ -195,3 +199,27 @@ def render(
         output=output,
         progress=progress,
     )
+
+
+def _grid(wavelengths: Wavelengths | str | ArrayLike | None) -> Wavelengths:
+    """Read a wavelength grid in any of its forms."""
+    if wavelengths is None:
+        return Wavelengths()
+    if isinstance(wavelengths, Wavelengths):
+        return wavelengths
+    if isinstance(wavelengths, str):
+        return Wavelengths.parse(wavelengths)
+    return Wavelengths.from_values(np.asarray(wavelengths, dtype=np.float64))
+
+
+def _pair(size: tuple[int, int] | None) -> tuple[int | None, int | None]:
+    """Read a size in pixels."""
+    if size is None:
+        return None, None
+    try:
+        width, height = size
+    except (TypeError, ValueError) as err:
+        raise OptionError(
+            message("the size is not readable", got=size, expected="(width, height) in pixels")
+        ) from err
+    return width, height

@@ -165,7 +165,8 @@ class TestPixels:
             """<scene version="3.0.0"> <sensor type="orthographic"> <transform name="to_world">
             <lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/> </transform> <film type="hdrfilm">
             <integer name="width" value="6"/> <integer name="height" value="6"/> <rfilter type="box"/> </film>
-            </sensor> <emitter type="constant"/> <shape type="rectangle"> <transform name="to_world">
+            </sensor> <emitter type="constant"> <spectrum name="radiance" value="1"/> </emitter>
+            <shape type="rectangle"> <transform name="to_world">
             <scale x="9" y="9"/> </transform> </shape> </scene>"""
         )
         monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 18)

@@ -36,7 +36,12 @@ def scene(**sensor):
         )
         camera = {"type": "perspective", "fov": 45.0, "to_world": view, "film": film} | sensor
         return load_scene(
-            {"type": "scene", "camera": camera, "light": {"type": "constant"}, "ball": {"type": "sphere"}}
+            {
+                "type": "scene",
+                "camera": camera,
+                "light": {"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}},
+                "ball": {"type": "sphere"},
+            }
         )
 
 
@@ -99,7 +104,7 @@ def _orthographic():
         {
             "type": "scene",
             "camera": {"type": "orthographic", "film": film},
-            "light": {"type": "constant"},
+            "light": {"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}},
             "ball": {"type": "sphere"},
         }
     )

@@ -26,7 +26,8 @@ SENSOR = """<sensor type="perspective"> <float name="fov" value="40"/>
     <film type="hdrfilm"> <integer name="width" value="12"/> <integer name="height" value="8"/>
     <rfilter type="box"/> </film>
     <sampler type="independent"> <integer name="sample_count" value="4"/> </sampler> </sensor>"""
-SKY = '<emitter type="constant"/>'
+SKY = '<emitter type="constant"> <spectrum name="radiance" value="1"/> </emitter>'
+POINT = '<emitter type="point"> <spectrum name="intensity" value="1"/> </emitter>'
 BALL = '<shape type="sphere" id="ball"/>'
 
 
@@ -125,7 +126,7 @@ class TestBadScenes:
         with pytest.raises(SceneError, match=r"no-such\.obj"):
             render(load_scene(write(tmp_path, SENSOR, SKY, mesh)), wavelengths=GRID)
 
-    @pytest.mark.parametrize("lamp", [SKY, '<emitter type="point"/>'])
+    @pytest.mark.parametrize("lamp", [SKY, POINT])
     def test_nothing_but_a_lamp(self, lamp: str, tmp_path: Path) -> None:
         """Pointless and legal: the sky, or darkness."""
         image = render(load_scene(write(tmp_path, SENSOR, lamp)), wavelengths=GRID)
@@ -225,7 +226,7 @@ class TestDicts:
                     "film": film,
                     "sampler": sampler,
                 },
-                "sky": {"type": "constant"},
+                "sky": {"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}},
                 "ball": {"type": "sphere", "bsdf": {"type": "fluorescent", "material": "poster-red"}},
             }
         )
@@ -323,7 +324,8 @@ class TestCameras:
         second = SENSOR.replace('<sensor type="perspective">', '<sensor type="perspective" id="a">').replace(
             'target="0, 0, 0"', 'target="0, 0, 9"'
         )
-        lamp = '<shape type="rectangle"> <emitter type="area"/> </shape>'
+        emitter = '<emitter type="area"> <spectrum name="radiance" value="1"/> </emitter>'
+        lamp = f'<shape type="rectangle"> {emitter} </shape>'
         with pytest.warns(SceneNotice, match="2 sensors; the first one, 'z'"):
             scene = load_scene(write(tmp_path, first, second, lamp))
         assert render(scene, wavelengths=GRID).component("source").values.any()
@@ -337,7 +339,7 @@ class TestCameras:
         )
         lamp = """<shape type="rectangle"> <transform name="to_world"> <translate x="1.7" y="0.3"/>
             </transform>
-            <emitter type="area"/> </shape>"""
+            <emitter type="area"> <spectrum name="radiance" value="1"/> </emitter> </shape>"""
         scene = load_scene(write(tmp_path, crop, lamp))
         assert (scene.settings.width, scene.settings.height) == (5, 3)
         part = render(scene, spp=4096, max_depth=1, wavelengths=GRID).total().values[..., 0]
@@ -405,7 +407,8 @@ class TestTraceScene:
                 <rfilter type="box"/> </film> </sensor>"""
             light = (
                 '<emitter type="directional">'
-                f'<vector name="direction" z="{-np.sign(z)}" x="0" y="0"/> </emitter>'
+                f'<vector name="direction" z="{-np.sign(z)}" x="0" y="0"/>'
+                '<spectrum name="irradiance" value="1"/> </emitter>'
             )
             scene = load_scene(write(tmp_path, camera, light, shapes), materials=grey)
             image = render(scene, spp=4, max_depth=2, wavelengths=GRID).total().values[..., 0]

@@ -13,6 +13,7 @@ from fluorspar import Scene, Spectrum, load_scene
 from fluorspar.errors import ApproximationWarning, SceneError, SpectrumError
 from fluorspar.scene.renderer import use_variant
 
+SKY = '<emitter type="constant"> <spectrum name="radiance" value="1"/> </emitter>'
 FILM = '<sensor type="perspective"> <film type="hdrfilm"> <rfilter type="box"/> </film> </sensor>'
 
 
@@ -34,7 +35,9 @@ def radiance(folder: Path, prop: str) -> Spectrum:
     return loaded(folder, light=prop).lights[0].spectrum
 
 
-def mitsuba_says(plugin: dict[str, Any], wavelengths: list[float], *, light: bool = False) -> list[float]:
+def mitsuba_says(
+    plugin: dict[str, Any] | float, wavelengths: list[float], *, light: bool = False
+) -> list[float]:
     """What Mitsuba's own spectral variant evaluates a texture to."""
     with use_variant("scalar_spectral"):
         texture = mi.load_dict({"type": "constant", "radiance": plugin} if light else plugin)
@@ -55,7 +58,11 @@ def test_numbers(tmp_path: Path) -> None:
 
 def test_nothing_is_mitsubas_default(tmp_path: Path) -> None:
     assert reflectance(tmp_path, "").at(300) == 0.5
-    assert radiance(tmp_path, "").at(300) == 1.0
+    white = mitsuba_says(1.0, [400.0, 560.0], light=True)
+    assert white != [1.0, 1.0], "a light of a plain number is D65 in Mitsuba"
+    assert [radiance(tmp_path, "").at(w) for w in (400, 560)] == pytest.approx(white, rel=1e-5)
+    number = radiance(tmp_path, '<float name="radiance" value="2"/>')
+    assert [number.at(w) for w in (400, 560)] == pytest.approx([2 * w for w in white], rel=1e-5)
 
 
 def test_inline_table(tmp_path: Path) -> None:
@@ -188,7 +195,7 @@ class TestMatte:
 
     def test_lossless_mirror(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text(
-            f"""<scene version="3.0.0"> {FILM} <emitter type="constant"/> <shape type="sphere" id="ball">
+            f"""<scene version="3.0.0"> {FILM} {SKY} <shape type="sphere" id="ball">
             <bsdf type="conductor"> <string name="material" value="none"/> </bsdf> </shape> </scene>"""
         )
         with pytest.warns(ApproximationWarning, match="'ball'"):
@@ -197,7 +204,7 @@ class TestMatte:
 
     def test_plastic_reflects_less_than_all(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text(
-            f"""<scene version="3.0.0"> {FILM} <emitter type="constant"/> <shape type="sphere" id="ball">
+            f"""<scene version="3.0.0"> {FILM} {SKY} <shape type="sphere" id="ball">
             <bsdf type="plastic"> <spectrum name="diffuse_reflectance" value="0.5"/> </bsdf> </shape>
             </scene>"""
         )
@@ -207,7 +214,7 @@ class TestMatte:
 
     def test_glossy_within_twosided(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text(
-            f"""<scene version="3.0.0"> {FILM} <emitter type="constant"/>
+            f"""<scene version="3.0.0"> {FILM} {SKY}
                 <shape type="rectangle" id="sheet"> <bsdf type="twosided">
             <bsdf type="roughplastic"/> </bsdf> </shape> </scene>"""
         )

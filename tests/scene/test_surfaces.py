@@ -115,7 +115,8 @@ class TestRows:
         (tmp_path / "scene.xml").write_text(
             """<scene version="3.0.0"> <sensor type="perspective"> <film type="hdrfilm">
                 <rfilter type="box"/> </film> </sensor>
-            <emitter type="constant"/> <shape type="sphere">
+            <emitter type="constant"> <spectrum name="radiance" value="1"/> </emitter>
+            <shape type="sphere">
             <bsdf type="fluorescent"> <string name="donaldson" value="sheet.csv"/> </bsdf> </shape>
             </scene>"""
         )
@@ -134,7 +135,8 @@ class TestSides:
         (tmp_path / "scene.xml").write_text(
             """<scene version="3.0.0"> <sensor type="perspective"> <film type="hdrfilm">
                 <rfilter type="box"/> </film> </sensor>
-            <emitter type="constant"/> <shape type="rectangle" id="a"> <bsdf type="twosided">
+            <emitter type="constant"> <spectrum name="radiance" value="1"/> </emitter>
+            <shape type="rectangle" id="a"> <bsdf type="twosided">
             <bsdf type="diffuse"> <spectrum name="reflectance" value="0.1"/> </bsdf>
             <bsdf type="diffuse"> <spectrum name="reflectance" value="0.8"/> </bsdf> </bsdf> </shape>
             </scene>"""

@@ -108,7 +108,7 @@ def test_any_renderer_will_do():
     cavity of albedo S under light L, E_D = L and E_I = L / (1 - S) - L; the five components follow by hand.
     The probe of a patch sees the lamp itself, which is not subtracted from a surface that has no light: E of
     a patch is too large by L / S."""
-    scene = floor_under({"type": "constant", "radiance": 2.0})
+    scene = floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 2.0}})
     image = render_staged(scene, GRID, options=QUICK, renderer=Flat())
     D = DYE.on(GRID)
     L, S = 2.0 * np.ones(5), 0.5
@@ -126,7 +126,9 @@ def test_a_point_light_lights_the_emitters():
     """Rationale: an irradiance meter does not see point lights; the light on a patch must hold them.
     Expected: I cos / (pi d^2), averaged over each quarter of the floor by a fine sum; the scatter of 4000
     points on a patch is 30 % of the mean, so the bound is 4 x 0.3 / sqrt(4000) = 2 %."""
-    scene = floor_under({"type": "point", "position": [0.5, 0.5, 1.5], "intensity": 3.0})
+    scene = floor_under(
+        {"type": "point", "position": [0.5, 0.5, 1.5], "intensity": {"type": "spectrum", "value": 3.0}}
+    )
     renderer = MitsubaRenderer()
     with renderer.session():
         (array,) = emitter_arrays(renderer, scene, [DYE.on(GRID)], QUICK)
@@ -154,7 +156,9 @@ def test_a_point_light_lights_the_emitters():
 def test_emitters_are_refined_where_the_light_varies():
     """Rationale: a point light close to one corner. Expected: the estimated error falls below the tolerance,
     with more and smaller patches near the light."""
-    scene = floor_under({"type": "point", "position": [0.7, 0.7, 0.3], "intensity": 1.0})
+    scene = floor_under(
+        {"type": "point", "position": [0.7, 0.7, 0.3], "intensity": {"type": "spectrum", "value": 1.0}}
+    )
     renderer = MitsubaRenderer()
     matrix = DYE.on(GRID)
     with renderer.session():
@@ -266,7 +270,9 @@ def test_excluding_the_emitter_loses_what_it_reflects():
 
 
 def test_a_limited_depth_is_warned_of():
-    scene = floor_under({"type": "constant"}).with_settings(max_depth=5)
+    scene = floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}}).with_settings(
+        max_depth=5
+    )
     with pytest.warns(ApproximationWarning, match="max_depth 5"):
         render_staged(scene, GRID, options=QUICK)
 
@@ -275,7 +281,11 @@ def test_a_limited_depth_is_warned_of():
 def test_shallow_renders_hold_what_their_depth_allows(depth):
     """Expected: depth 1 is the lamp alone, depth 2 adds components 1 and 2."""
     image = render_staged(
-        floor_under({"type": "constant"}).with_settings(max_depth=depth), GRID, options=QUICK
+        floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}}).with_settings(
+            max_depth=depth
+        ),
+        GRID,
+        options=QUICK,
     )
     lit = [name for name in image.components if image.component(name).values.any()]
     assert lit == ["source", "direct_reflection", "direct_luminescence"][: 1 if depth == 1 else 3]
@@ -292,7 +302,9 @@ def test_the_callers_variant_is_as_before():
     import mitsuba as mi
 
     mi.set_variant("scalar_rgb")
-    render_staged(floor_under({"type": "constant"}), GRID, options=QUICK)
+    render_staged(
+        floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}}), GRID, options=QUICK
+    )
     assert mi.variant() == "scalar_rgb"
 
 
@@ -310,7 +322,8 @@ def test_every_shape_can_be_an_emitter(shape):
     height 1; a tessellation of 256 x 256 loses less than 0.2 %), facing as Mitsuba says."""
     exact = {"sphere": 4 * np.pi, "disk": np.pi, "cylinder": 2 * np.pi, "cube": 24.0, "rectangle": 4.0}[shape]
     scene = floor_under(
-        {"type": "constant"}, solid={"type": shape, "bsdf": {"type": "diffuse", "id": "solid-paint"}}
+        {"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}},
+        solid={"type": shape, "bsdf": {"type": "diffuse", "id": "solid-paint"}},
     )
     renderer = MitsubaRenderer()
     with renderer.session():
@@ -346,7 +359,11 @@ def test_the_back_of_a_surface_emits_as_well(flip):
                     "film": {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "box"}},
                 },
                 "integrator": {"type": "path", "rr_depth": 10},
-                "lamp": {"type": "point", "position": [0, 0, 0.7], "intensity": 3.0},
+                "lamp": {
+                    "type": "point",
+                    "position": [0, 0, 0.7],
+                    "intensity": {"type": "spectrum", "value": 3.0},
+                },
                 "plate": {"type": "rectangle", "bsdf": {"type": "diffuse"}},
                 "sheet": {
                     "type": "rectangle",
@@ -384,7 +401,7 @@ def test_a_convex_body_in_uniform_light_is_lit_evenly(shape):
                     "to_world": mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0]),
                     "film": {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "box"}},
                 },
-                "light": {"type": "constant", "radiance": 2.0},
+                "light": {"type": "constant", "radiance": {"type": "spectrum", "value": 2.0}},
                 "body": {"type": shape, "bsdf": {"type": "diffuse"}},
             },
             materials={"body": DYE},

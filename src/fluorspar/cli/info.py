@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
+from fluorspar.errors import OptionError, message
 
 __all__ = ["info"]
 
@@ -38,6 +39,14 @@ def info(
         from fluorspar.scene.scene import load_scene
 
         console.out.print(str(load_scene(file)), markup=False, highlight=False)
+    elif Path(file).is_dir() or (Path(file).exists() and suffix not in (".csv", ".bfc", ".txt")):
+        raise OptionError(
+            message(
+                "this is not an image, a scene or a material",
+                where=file,
+                expected=".nc, .exr, .hdr, .xml, .csv, .bfc",
+            )
+        )
     else:
         from fluorspar.spectral.library import material
 

@@ -46,10 +46,12 @@ def check_outputs(outputs: Sequence[Path], pictures: Path | None) -> None:
                 fix="name each file once",
             )
         )
-    if pictures is not None and pictures.exists() and not pictures.is_dir():
-        raise OptionError(
-            message("the pictures need a folder", where="--pictures", got=f"{pictures}, a file")
-        )
+    if pictures is not None:
+        there = next(folder for folder in (pictures, *pictures.absolute().parents) if folder.exists())
+        if not there.is_dir():
+            raise OptionError(
+                message("the pictures need a folder", where="--pictures", got=f"{there}, a file")
+            )
 
 
 def stream_target(outputs: Sequence[Path]) -> Path | None:

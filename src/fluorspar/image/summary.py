@@ -145,4 +145,4 @@ def _mean(
             spectra = spectra[known]
         total += np.ones(len(spectra), np.float32) @ spectra
         count += len(spectra)
-    return total / max(count, 1)
+    return total / count if count else np.full_like(total, np.nan)

@@ -26,6 +26,7 @@ from fluorspar.paths.luminesce import luminesce, luminesce_both
 __all__ = ["COMPONENT_COUNT", "Records", "compiled"]
 
 COMPONENT_COUNT = 7
+_FLUSH = 256  # samples that are summed in single precision
 _TOTAL = COMPONENT_COUNT  # index behind the components, for the tally of the total
 
 # Sums may be reordered for SIMD; NaN and infinity keep their meaning.
@@ -67,12 +68,15 @@ class _Path(NamedTuple):
 class _Pixel(NamedTuple):
     """Sums at the camera vertex.
 
-    `sums` (rows, 4, B): E_D, R_1 - E_D, F_1, G_1 of the pixel; `before`: the same at the end of the last batch.
+    `sums` (rows, 4, B): E_D, R_1 - E_D, F_1, G_1 of the samples since the last flush; `exact`: of those before it, in
+    double precision, because single precision loses small terms in long sums. `before`: `sums` at the end of the
+    last batch.
     `batch` (rows, B): all light of the batch; with one light its direct part is a number, `direct` (rows,), until
     the batch ends. `source`: light seen directly.
     """
 
     sums: Any
+    exact: Any
     before: Any
     batch: Any
     direct: Any
@@ -109,6 +113,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
         y = np.zeros((COMPONENT_COUNT, width), dtype=np.float32)
         total = np.zeros(width, dtype=np.float32)
         for p in range(start, stop):
+            flushed = 0
             for b in range(batches):
                 begin = b * spp // batches
                 end = (b + 1) * spp // batches
@@ -126,7 +131,10 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                 if component_errors:
                     for c in range(COMPONENT_COUNT):
                         _count(tally, c, y[c], end - begin, b, width)
-            _close_pixel(pixel, path, y, tables, width)
+                if end - flushed >= _FLUSH:
+                    _flush(pixel, width)
+                    flushed = end
+            _close_pixel(pixel, path, y, tables, flushed > 0, width)
             _store(p, y, tally, spp, batches, component_errors, radiance, error, errors)
 
     return kernel  # type: ignore[no-any-return]
@@ -158,6 +166,7 @@ def _new_path(longest: int, width: int) -> Any:
 def _new_pixel(rows: int, width: int) -> Any:
     return _Pixel(
         np.zeros((rows, 4, width), dtype=np.float32),
+        np.zeros((rows, 4, width), dtype=np.float64),
         np.zeros((rows, 4, width), dtype=np.float32),
         np.zeros((rows, width), dtype=np.float32),
         np.zeros(rows, dtype=np.float32),
@@ -358,7 +367,19 @@ def _close_batch(
 
 
 @numba.njit(inline="always")
-def _close_pixel(pixel: Any, path: Any, y: Any, tables: Any, width: int) -> None:
+def _flush(pixel: Any, width: int) -> None:
+    """Move the sums to double precision."""
+    for r in range(len(pixel.in_pixel)):
+        if pixel.in_pixel[r]:
+            for q in range(4):
+                for j in range(width):
+                    pixel.exact[r, q, j] += pixel.sums[r, q, j]
+                    pixel.sums[r, q, j] = 0
+                    pixel.before[r, q, j] = 0
+
+
+@numba.njit(inline="always")
+def _close_pixel(pixel: Any, path: Any, y: Any, tables: Any, flushed: bool, width: int) -> None:
     """Put the components, summed over the pixel's samples, into `y` and clear the sums."""
     _clear(y)
     for j in range(width):
@@ -367,6 +388,11 @@ def _close_pixel(pixel: Any, path: Any, y: Any, tables: Any, width: int) -> None
     for r in range(len(pixel.in_pixel)):
         if pixel.in_pixel[r]:
             pixel.in_pixel[r] = False
+            if flushed:
+                for q in range(4):
+                    for j in range(width):
+                        pixel.sums[r, q, j] = pixel.exact[r, q, j] + pixel.sums[r, q, j]
+                        pixel.exact[r, q, j] = 0
             _components(y, pixel.sums, r, width, tables, path)
             for q in range(4):
                 for j in range(width):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fluorspar.errors import FluorsparWarning
+from fluorspar.errors import FluorsparWarning, OptionError, message
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.netcdf import NetcdfWriter
 from fluorspar.image.spectral_image import SpectralImage
@@ -81,6 +81,8 @@ def render_paths(
                     if progress:
                         progress(done, pixels)
         except KeyboardInterrupt:
+            if done == 0:
+                raise  # nothing to keep, and an older file stays as it was
             text = f"interrupted: {done} of {pixels} pixels are finished, the others are NaN"
             warnings.warn(text, FluorsparWarning, stacklevel=3)
         timings = {"render": round(time.perf_counter() - began, 3)}
@@ -94,9 +96,14 @@ class _Memory:
         self.grid, self.height, self.width = grid, height, width
         self.pixels = height * width
         # Not filled with NaN beforehand: writing the pages twice would show.
-        self.radiance = np.empty((len(COMPONENTS), self.pixels, len(grid)), dtype=np.float32)
-        self.standard_error = np.empty((self.pixels, len(grid)), dtype=np.float32)
-        self.component_errors = np.empty_like(self.radiance) if component_errors else None
+        try:
+            self.radiance = np.empty((len(COMPONENTS), self.pixels, len(grid)), dtype=np.float32)
+            self.standard_error = np.empty((self.pixels, len(grid)), dtype=np.float32)
+            self.component_errors = np.empty_like(self.radiance) if component_errors else None
+        except MemoryError as err:
+            size = f"{width} x {height} pixels, {len(COMPONENTS)} components, {len(grid)} wavelengths"
+            fix = "stream it to a NetCDF file (-o NAME.nc, output='NAME.nc'), or make it smaller"
+            raise OptionError(message("the image does not fit into memory", got=size, fix=fix)) from err
         self.done = 0
 
     def __enter__(self) -> _Memory:
@@ -112,11 +119,12 @@ class _Memory:
         error: np.ndarray[Any, Any],
         errors: np.ndarray[Any, Any] | None = None,
     ) -> None:
-        self.done = first + len(radiance)
-        self.radiance[:, first : self.done] = radiance.swapaxes(0, 1)
-        self.standard_error[first : self.done] = error
+        end = first + len(radiance)
+        self.radiance[:, first:end] = radiance.swapaxes(0, 1)
+        self.standard_error[first:end] = error
         if self.component_errors is not None and errors is not None:
-            self.component_errors[:, first : self.done] = errors.swapaxes(0, 1)
+            self.component_errors[:, first:end] = errors.swapaxes(0, 1)
+        self.done = end  # last: an interrupt before leaves the pixels unfinished
 
     def image(self, attrs: dict[str, Any], *, partial: bool) -> SpectralImage:
         layers = [self.radiance, self.standard_error[np.newaxis]]

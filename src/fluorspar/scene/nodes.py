@@ -84,7 +84,25 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str])
         raise SceneError(
             message("this is not a scene", where=where, expected="a top-level element of type 'scene'")
         )
+    _refuse_built_objects(state, where)
     return state
+
+
+def _refuse_built_objects(state: Any, where: str) -> None:
+    """Find objects in a scene dict that are already built: they belong to one variant, and are not nodes."""
+    import mitsuba as mi
+
+    for index, node in enumerate(state.nodes):
+        for key in node.props.keys():  # noqa: SIM118 (not a dict)
+            if node.props.type(key) == mi.Properties.Type.Object:
+                raise SceneError(
+                    message(
+                        "the scene holds an object that is already built",
+                        where=f"{where}, '{key}' of {label(node, index)}",
+                        expected="plain values, transforms and dicts",
+                        fix="give the dict or file that it was built from",
+                    )
+                )
 
 
 def copy_nodes(state: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,7 @@ def _make_class(mi: Any) -> type:
                 if name in props:
                     props.mark_queried(name)
             if named:
-                self.reflectance = _texture(mi, material(props[named[0]]).reflectance)
+                self.reflectance = _texture(mi, material(_resolved(mi, props[named[0]])).reflectance)
             else:
                 self.reflectance = props.get_texture("reflectance", 0.5)
             flags = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide
@@ -112,6 +113,12 @@ def _make_class(mi: Any) -> type:
             return f"Fluorescent[reflectance={self.reflectance}, concentration={self.concentration:g}]"
 
     return Fluorescent
+
+
+def _resolved(mi: Any, name: str) -> str:
+    """Resolve a file name as Mitsuba does while it loads a scene; other names stay as they are."""
+    path = Path(str(mi.file_resolver().resolve(name)))
+    return str(path) if path.is_file() else name
 
 
 def _texture(mi: Any, spectrum: Spectrum) -> Any:

@@ -19,7 +19,7 @@ __all__ = ["SpatialVariation", "average_light", "average_reflectance", "plugin_s
 
 # The range over which Mitsuba's spectral upsampling of `rgb` values and its own tables are defined.
 _MITSUBA_RANGE = (360.0, 830.0)
-_AVERAGE_SAMPLES = 512
+_AVERAGE_WAVELENGTHS = np.arange(360.0, 831.0, 10.0)
 
 
 class SpatialVariation(SceneError):
@@ -40,7 +40,7 @@ def plugin_spectrum(
     label
         How the spectrum is called in messages.
     emissive
-        Whether `rgb` values mean the colour of a light (multiplied by D65) or of a surface.
+        Whether plain numbers and `rgb` values mean a light, which Mitsuba multiplies by D65, or a surface.
 
     Raises
     ------
@@ -50,12 +50,14 @@ def plugin_spectrum(
     import mitsuba as mi
 
     props = state.nodes[index].props
-    if name not in props:
-        return Spectrum.constant(default, name=label)
     types = mi.Properties.Type
-    found = props.type(name)
+    found = props.type(name) if name in props else types.Float
     if found in (types.Float, types.Integer):
-        return Spectrum.constant(float(props[name]), name=label)
+        number = float(props[name]) if name in props else default
+        if emissive:  # Mitsuba's lights of a plain number are white, which means D65
+            white = mi.load_dict({"type": "constant", "radiance": number})
+            return _tabulate(white, _MITSUBA_RANGE, label)
+        return Spectrum.constant(number, name=label)
     if found == types.Spectrum:
         table = props[name]
         if table.is_uniform():
@@ -107,49 +109,58 @@ def plugin_spectrum(
 def average_reflectance(state: Any, index: int, label: str) -> Spectrum:
     """Estimate the bihemispherical reflectance of a BSDF node, averaged over its texture (for `--matte`).
 
-    Light arrives evenly from the hemisphere; what is transmitted counts as lost. 512 random
-    directions and texture positions, the same at every wavelength.
+    Light arrives evenly from the hemisphere; what is transmitted counts as lost. A grid of 64 x 64 texture
+    positions with a random direction each, the same at every wavelength.
     """
     import mitsuba as mi
 
     bsdf = build(state, index)
-    random = np.random.default_rng(0).random((_AVERAGE_SAMPLES, 7))
-    wavelengths = np.arange(360.0, 831.0, 10.0)
-    total = np.zeros(len(wavelengths))
+    positions = _centres(64, 64)
+    random = np.random.default_rng(0).random((len(positions), 5))
+    total = np.zeros(len(_AVERAGE_WAVELENGTHS))
     si = mi.SurfaceInteraction3f()
     si.t = 1.0
     si.sh_frame = mi.Frame3f([0, 0, 1])
     si.n = [0, 0, 1]
     context = mi.BSDFContext()
-    for u in random:
-        si.uv = u[:2]
-        si.wi = mi.warp.square_to_cosine_hemisphere(u[2:4])
-        for first in range(0, len(wavelengths), 4):
-            si.wavelengths = wavelengths[first : first + 4]
-            sample, weight = bsdf.sample(context, si, u[4], u[5:7])
+    for uv, u in zip(positions, random, strict=True):
+        si.uv = uv
+        si.wi = mi.warp.square_to_cosine_hemisphere(u[:2])
+        for first in range(0, len(total), 4):
+            si.wavelengths = _AVERAGE_WAVELENGTHS[first : first + 4]
+            sample, weight = bsdf.sample(context, si, u[2], u[3:5])
             if sample.pdf > 0 and sample.wo.z > 0:
                 total[first : first + 4] += np.array(weight)
-    return Spectrum(wavelengths, np.clip(total / _AVERAGE_SAMPLES, 0, 1), name=label)
+    return Spectrum(_AVERAGE_WAVELENGTHS, np.clip(total / len(positions), 0, 1), name=label)
 
 
 def average_light(state: Any, index: int, label: str) -> Spectrum:
-    """Average the radiance of a light node over its directions and its texture (for `--matte`)."""
+    """Average the radiance of a light node over its directions, or over its texture (for `--matte`).
+
+    A grid of 128 x 64 directions, or of as many texture positions: of a sun smaller than 3 degrees only as much
+    is seen as falls on it.
+    """
     import mitsuba as mi
 
     light = build(state, index)
-    random = np.random.default_rng(0).random((_AVERAGE_SAMPLES, 4))
-    wavelengths = np.arange(360.0, 831.0, 10.0)
-    total = np.zeros(len(wavelengths))
+    textured = state.nodes[index].props.plugin_name() == "area"
+    total = np.zeros(len(_AVERAGE_WAVELENGTHS))
+    positions = _centres(128, 64)
     si = mi.SurfaceInteraction3f()
-    for u in random:
-        si.uv = u[:2]
-        si.wi = mi.warp.square_to_uniform_sphere(u[2:4])
-        if state.nodes[index].props.plugin_name() == "area":
-            si.wi = [0, 0, 1]
-        for first in range(0, len(wavelengths), 4):
-            si.wavelengths = wavelengths[first : first + 4]
+    for uv in positions:
+        si.uv = uv
+        # Even in the height z, so that all directions count the same.
+        si.wi = [0, 0, 1] if textured else mi.warp.square_to_uniform_sphere(uv[::-1])
+        for first in range(0, len(total), 4):
+            si.wavelengths = _AVERAGE_WAVELENGTHS[first : first + 4]
             total[first : first + 4] += np.array(light.eval(si))
-    return Spectrum(wavelengths, total / _AVERAGE_SAMPLES, name=label)
+    return Spectrum(_AVERAGE_WAVELENGTHS, total / len(positions), name=label)
+
+
+def _centres(columns: int, rows: int) -> NDArray[np.float64]:
+    """Centres of the cells of a grid over the unit square, (columns x rows, 2)."""
+    u, v = np.meshgrid((np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows)
+    return np.stack([u.ravel(), v.ravel()], axis=-1)
 
 
 def _evaluate(plugin: Any, wavelengths: NDArray[np.float64]) -> NDArray[np.float64]:

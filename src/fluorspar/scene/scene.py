@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from fluorspar.errors import OptionError, SceneError, SceneNotice, message
 from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
@@ -15,9 +17,29 @@ from fluorspar.scene.renderer import SPECTRUM_VARIANT, use_variant
 from fluorspar.scene.surfaces import Light, Surface, read_surfaces
 from fluorspar.spectral.material import Material
 
-__all__ = ["Scene", "Settings", "load_scene"]
+__all__ = ["MOST_SAMPLES", "UNLIMITED", "Scene", "Settings", "load_scene", "whole"]
 
 UNLIMITED = -1
+MOST_SAMPLES = 2**16
+"""Samples per pixel of one render; average renders of several seeds for more."""
+
+
+def whole(name: str, value: object) -> int:
+    """Return a whole number.
+
+    Raises
+    ------
+    OptionError
+        If it is none.
+
+    Examples
+    --------
+    >>> whole("spp", 16.0)
+    16
+    """
+    if isinstance(value, (int, np.integer)) or (isinstance(value, float) and value.is_integer()):
+        return int(value)
+    raise OptionError(message(f"{name} is not a whole number", got=repr(value), expected="a whole number"))
 
 
 @dataclass(frozen=True)
@@ -46,9 +68,10 @@ class Settings:
         for name, low, high in (
             ("width", 1, 65_536),
             ("height", 1, 65_536),
-            ("spp", 1, 2**22),
+            ("spp", 1, MOST_SAMPLES),
             ("rr_depth", 1, 2**31 - 1),
         ):
+            object.__setattr__(self, name, whole(name, getattr(self, name)))
             if not low <= getattr(self, name) <= high:
                 raise OptionError(
                     message(f"{name} is out of range", got=getattr(self, name), expected=f"{low} to {high}")
@@ -247,12 +270,25 @@ def _check_names(props: Any, plugin: str, known: tuple[str, ...]) -> None:
         )
 
 
+def _integrators(state: Any, parent: int) -> Iterator[int]:
+    """Go through the integrators below a node, those inside another (`aov`) too."""
+    for _, index in children(state, parent):
+        if kind(state.nodes[index]) == "Integrator":
+            yield index
+            yield from _integrators(state, index)
+
+
 def _settings(state: Any) -> Settings:
     """Read size, samples and depths; what the scene leaves open is as in Mitsuba."""
     sensor = sensor_node(state)
     if (count := sum(kind(state.nodes[index]) == "Sensor" for _, index in children(state, 0))) > 1:
         text = f"the scene has {count} sensors; the first one, {label(state.nodes[sensor], sensor)}, is used"
         warnings.warn(text, SceneNotice, stacklevel=2)
+    if film_node(state) is None:
+        where = label(state.nodes[sensor], sensor)
+        raise SceneError(
+            message("the camera has no film", where=where, expected="a film with width and height")
+        )
     width, height, spp = 768, 576, 4
     for _, index in children(state, sensor):
         props = state.nodes[index].props
@@ -273,13 +309,11 @@ def _settings(state: Any) -> Settings:
                         stacklevel=2,
                     )
     max_depth, rr_depth = UNLIMITED, 5
-    for _, index in children(state, 0):
-        if kind(state.nodes[index]) != "Integrator":
-            continue
+    for index in _integrators(state, 0):
         props = state.nodes[index].props
         _check_names(props, "path", ("max_depth", "rr_depth", "hide_emitters", "timeout"))
-        max_depth = int(props.get("max_depth", UNLIMITED))
-        rr_depth = int(props.get("rr_depth", 5))
+        max_depth = int(props.get("max_depth", max_depth))
+        rr_depth = int(props.get("rr_depth", rr_depth))
         if props.plugin_name() == "direct":
             max_depth = 2
         elif props.plugin_name() != "path":

@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, message
+from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, SceneNotice, message
 from fluorspar.scene.nodes import children, kind, label
 from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, STRINGS, check_properties, material_of_spectra
 from fluorspar.scene.plugin_spectra import (
@@ -148,6 +148,11 @@ class _Reader:
                     else "give the shape an id in the scene file",
                 )
             )
+        for name in sorted(self.unused):
+            text = (
+                f"the material for '{name}' is not used: no surface that has no other material refers to it"
+            )
+            warnings.warn(text, SceneNotice, stacklevel=4)
         if not self.table.lights:
             raise SceneError(
                 message(
@@ -257,7 +262,7 @@ class _Reader:
             if not self.matte:
                 raise
         except FluorsparError as err:
-            raise type(err)(f"{err}\n  in:       {where}") from err
+            raise err if where in str(err) else type(err)(f"{err}\n  in:       {where}") from err
         if plugin == FLUORESCENT or not self.matte:
             raise SceneError(
                 message(
@@ -278,7 +283,9 @@ class _Reader:
         props = self.state.nodes[index].props
         check_properties(set(props.keys()), where)
         if "material" in props:
-            made = material(props["material"])
+            name_or_file = props["material"]
+            beside = self.base / name_or_file
+            made = material(beside if beside.is_file() else name_or_file)
         elif "donaldson" in props:
             made = material(self.base / props["donaldson"])
         else:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fluorspar.errors import OptionError, message
 from fluorspar.scene.merging import join_meshes, joinable
 from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
-from fluorspar.scene.scene import Scene, film_node, sensor_node
+from fluorspar.scene.scene import Scene, film_node
 from fluorspar.scene.surfaces import ABSORBS, Surface
 
 __all__ = ["NO_ROW", "TraceScene", "build_trace_scene"]
@@ -169,15 +169,7 @@ def _set_film(state: Any, scene: Scene) -> None:
     """Give the film the size that is asked for, and a box filter."""
     film = film_node(state)
     size = {"width": scene.settings.width, "height": scene.settings.height}
-    if film is None:
-        sensor = state.nodes[sensor_node(state)].props
-        raise OptionError(
-            message(
-                "the camera has no film",
-                where=sensor.id() or sensor.plugin_name(),
-                expected="a film with width and height",
-            )
-        )
+    assert film is not None  # checked when the scene was loaded
     props = state.nodes[film].props
     for key, child in list(children(state, film)):
         if kind(state.nodes[child]) == "ReconstructionFilter":
@@ -192,12 +184,16 @@ def _set_film(state: Any, scene: Scene) -> None:
     cropped = "crop_width" in props or "crop_height" in props
     if not cropped:
         props["width"], props["height"] = size["width"], size["height"]
-    elif (props.get("crop_width", 0), props.get("crop_height", 0)) != (size["width"], size["height"]):
+    crop = (
+        props.get("crop_width", props.get("width", 768)),
+        props.get("crop_height", props.get("height", 576)),
+    )
+    if cropped and crop != (size["width"], size["height"]):
         raise OptionError(
             message(
                 "the size cannot be changed, because the film has a crop window",
                 got=f"{size['width']} x {size['height']}",
-                expected=f"{props.get('crop_width', 0)} x {props.get('crop_height', 0)}",
+                expected=f"{crop[0]} x {crop[1]}",
                 fix="remove the crop window from the scene file, or leave out the size",
             )
         )
