@@ -1,4 +1,4 @@
-"""Render with the one-pass method: chunk after chunk of pixels, traced and swept in overlap."""
+"""Render with the one-pass method: chunk after chunk of pixels, traced and swept."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from fluorspar.paths.light_paths import LightPaths
-from fluorspar.paths.sweep import Swept, sweep
+from fluorspar.paths.sweep import Swept, room, sweep
 from fluorspar.paths.tables import spectral_tables
 from fluorspar.scene.renderer import TRACE_VARIANTS, use_variant
 from fluorspar.scene.scene import Scene
@@ -55,6 +54,7 @@ def estimate(
     first_pixel : int
         Number of the first pixel of the run, row by row from the top left.
     swept : Swept
+        Valid until the next run is asked for.
     """
     import drjit as dr
 
@@ -67,34 +67,31 @@ def estimate(
     pixels = settings.width * settings.height
     per_chunk = max(1, CHUNK // settings.spp)
     chunks = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
-    workers = (
-        threads or len(os.sched_getaffinity(0))
-        if hasattr(os, "sched_getaffinity")
-        else threads or os.cpu_count() or 1
-    )
+    workers = threads or usable_cores()
     threads_before = dr.thread_count()
-    with (
-        use_variant(TRACE_VARIANTS[backend]),
-        ThreadPoolExecutor(workers) as pool,
-        ThreadPoolExecutor(1) as beside,
-    ):
+    with use_variant(TRACE_VARIANTS[backend]), ThreadPoolExecutor(workers) as pool:
         dr.set_thread_count(workers)
         try:
-            tracer = Tracer(
-                build_trace_scene(scene), settings, np.array([_survival(m) for m in matrices]), seed
-            )
+            survival = np.array([_survival(matrix) for matrix in matrices])
+            tracer = Tracer(build_trace_scene(scene), settings, survival, seed)
+            out = room(chunks[0][1], len(grid), component_errors)
             started = tracer.start(0, *chunks[0])
             for number, (first_pixel, _) in enumerate(chunks):
-                paths: LightPaths = tracer.finish(started)
-                # The sweep runs while the next chunk is being set up, which keeps one core busy only.
-                sweeping = beside.submit(
-                    sweep, paths, tables, len(grid), pool, component_errors=component_errors
-                )
+                paths = tracer.finish(started)
+                swept = sweep(paths, tables, len(grid), pool, component_errors=component_errors, out=out)
+                # Tracing goes on while the caller stores what is finished; sweep and trace both use all cores.
                 if number + 1 < len(chunks):
                     started = tracer.start(number + 1, *chunks[number + 1])
-                yield first_pixel, sweeping.result()
+                yield first_pixel, swept
         finally:
             dr.set_thread_count(threads_before)
+
+
+def usable_cores() -> int:
+    """Number of cores this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _survival(matrix: DonaldsonMatrix) -> float:

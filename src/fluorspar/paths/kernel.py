@@ -239,6 +239,7 @@ def _propagate(path: Any, n: int, tables: Any, one_light: bool, width: int) -> b
     vertex, weight = path.vertex, path.weight
     R, F, G, U, V, W = path.R, path.F, path.G, path.U, path.V, path.W
     luminesced = False
+    twice = False  # until then G is 0
     k = n - 1
     if k > 0:
         w, h = weight[k, 0], weight[k, 1]
@@ -265,6 +266,7 @@ def _propagate(path: Any, n: int, tables: Any, one_light: bool, width: int) -> b
                 for j in range(width):
                     U[j] = F[j] + G[j]
                     W[j] = 0
+                twice = True
                 luminesce_both(V, R, path.scratch, W, U, path.scratch2, r, width, tables)
                 for j in range(width):
                     F[j] = f * (S[r, j] * F[j] + V[j])
@@ -275,10 +277,13 @@ def _propagate(path: Any, n: int, tables: Any, one_light: bool, width: int) -> b
                 for j in range(width):
                     F[j] = f * V[j]
                     G[j] = 0
-        elif luminesced:
+        elif twice:
             for j in range(width):
                 F[j] *= f * S[r, j]
                 G[j] *= f * S[r, j]
+        elif luminesced:
+            for j in range(width):
+                F[j] *= f * S[r, j]
         if one_light:
             e = w + h
             for j in range(width):

@@ -29,7 +29,7 @@ from fluorspar.paths.kernel import COMPONENT_COUNT, Records, compiled
 from fluorspar.paths.light_paths import SLOTS, TILE, LightPaths, Segment
 from fluorspar.paths.tables import SpectralTables
 
-__all__ = ["Swept", "batch_count", "sweep"]
+__all__ = ["Swept", "batch_count", "room", "sweep"]
 
 _MOST_BATCHES = 32
 _TASKS = 16  # pixel ranges a chunk is divided into; more than cores, so that none waits long
@@ -65,7 +65,13 @@ def batch_count(spp: int) -> int:
 
 
 def sweep(
-    paths: LightPaths, tables: SpectralTables, bands: int, pool: Executor, *, component_errors: bool = False
+    paths: LightPaths,
+    tables: SpectralTables,
+    bands: int,
+    pool: Executor,
+    *,
+    component_errors: bool = False,
+    out: Swept | None = None,
 ) -> Swept:
     """Compute the spectra of all components of the pixels of `paths`.
 
@@ -81,17 +87,15 @@ def sweep(
         Threads to compute with; the result does not depend on their number.
     component_errors
         Estimate the standard error of each component too.
+    out
+        Result of `room` for as many pixels or more, to be filled and returned; its old content is lost.
 
     Returns
     -------
     Swept
     """
     first, *later = paths.segments
-    swept = Swept(
-        np.empty((paths.pixels, COMPONENT_COUNT, bands), dtype=np.float32),
-        np.empty((paths.pixels, bands), dtype=np.float32),
-        np.empty((paths.pixels if component_errors else 0, COMPONENT_COUNT, bands), dtype=np.float32),
-    )
+    swept = Swept(*(values[: paths.pixels] for values in out or room(paths.pixels, bands, component_errors)))
     one_light = first.direct_light.size <= 1
     kernel = compiled(tables.reflectance.shape[1], one_light, component_errors)
     records = Records(
@@ -124,6 +128,15 @@ def sweep(
     for task in tasks:
         task.result()
     return swept
+
+
+def room(pixels: int, bands: int, component_errors: bool) -> Swept:
+    """Allocate the result for so many pixels; using it again and again saves touching fresh memory each time."""
+    return Swept(
+        np.empty((pixels, COMPONENT_COUNT, bands), dtype=np.float32),
+        np.empty((pixels, bands), dtype=np.float32),
+        np.empty((pixels if component_errors else 0, COMPONENT_COUNT, bands), dtype=np.float32),
+    )
 
 
 _RECORDS = ("row", "direct", "direct_light", "sampled", "sampled_light", "survival")
