@@ -14,7 +14,7 @@ import fluorspar
 ROOT = Path(fluorspar.__file__).parent
 # Each layer may import from those before it. `paths` and `staged` do not know each other.
 LAYERS = [
-    "errors", "progress", "spectral", "image", "scene", "paths", "staged", "render", "measure", "cli", "__main__",
+    "errors", "progress", "spectral", "image", "scene", "paths", "staged", "rendering", "measure", "cli", "__main__",
 ]  # fmt: skip
 MODULES = sorted(ROOT.rglob("*.py"))
 
@@ -87,3 +87,9 @@ def test_public_names_are_there() -> None:
         assert getattr(fluorspar, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         fluorspar.nothing  # noqa: B018
+
+
+def test_no_public_name_is_hidden_by_a_module() -> None:
+    """Importing a submodule sets it as an attribute of the package, in place of a public name that is the same."""
+    modules = {path.relative_to(ROOT).parts[0].removesuffix(".py") for path in MODULES}
+    assert not modules & set(fluorspar.__all__)

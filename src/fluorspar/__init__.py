@@ -16,7 +16,7 @@ from fluorspar.scene.renderer import configure_llvm as _configure_llvm
 if TYPE_CHECKING:
     from fluorspar.image.components import COMPONENTS
     from fluorspar.image.spectral_image import SpectralImage
-    from fluorspar.render import render
+    from fluorspar.rendering import render
     from fluorspar.scene.plugin import register_plugins
     from fluorspar.scene.scene import Scene, load_scene
     from fluorspar.spectral.donaldson import DonaldsonMatrix
@@ -47,7 +47,7 @@ _HOME = {
     "material": "spectral.library",
     "materials": "spectral.library",
     "register_plugins": "scene.plugin",
-    "render": "render",
+    "render": "rendering",
 }
 
 __all__ = [

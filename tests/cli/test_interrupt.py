@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -105,6 +104,15 @@ def test_signal(fluorspar: CommandLine) -> None:
         import signal
         signal.signal(signal.SIGINT, signal.default_int_handler)
         from fluorspar.cli.main import main
+        from fluorspar.image.netcdf_writer import NetcdfWriter
+
+        write_pixels = NetcdfWriter.write_pixels
+
+        def written(self, *arguments):
+            write_pixels(self, *arguments)
+            print("written", flush=True)
+
+        NetcdfWriter.write_pixels = written
         main()"""
     command = [
         "render",
@@ -126,11 +134,8 @@ def test_signal(fluorspar: CommandLine) -> None:
         text=True,
     )
     try:
-        for _ in range(400):
-            if list(fluorspar.folder.glob(".old.nc.*")):
-                break
-            time.sleep(0.05)
-        time.sleep(1)
+        assert process.stdout is not None
+        assert process.stdout.readline() == "written\n", "the first pixels are finished"
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
     finally:

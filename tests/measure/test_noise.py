@@ -7,7 +7,7 @@ import pytest
 
 from fluorspar.measure.compare import compare
 from fluorspar.measure.noise import explained_by_noise
-from fluorspar.render import render
+from fluorspar.rendering import render
 from fluorspar.scene.scene import load_scene
 from fluorspar.spectral.library import material
 from fluorspar.spectral.material import Material

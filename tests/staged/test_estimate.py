@@ -375,7 +375,7 @@ def test_the_back_of_a_surface_emits_as_well(flip):
         ).with_settings(spp=1024)
     image = render_staged(scene, GRID, options=StagedOptions(repeats=1))
     assert set(image.attrs["emitters"]) == {"sheet", "sheet (back)"}
-    from fluorspar.render import render
+    from fluorspar.rendering import render
 
     expected = (
         render(scene, wavelengths=GRID, spp=4096).component("luminescent_reflection").values.mean((0, 1))
