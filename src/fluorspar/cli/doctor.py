@@ -45,14 +45,13 @@ def doctor() -> None:
 
     Example:  fluorspar doctor
     """
-    from fluorspar.scene.renderer import SPECTRUM_VARIANT, TRACE_VARIANTS, find_llvm
+    from fluorspar.scene.renderer import SPECTRUM_VARIANT, TRACE_VARIANTS, find_llvm, usable_cores
 
     def line(label: str, text: object) -> None:
         console.out.print(f"{label:<20}{text}", markup=False, highlight=False)
 
     line("python", f"{platform.python_version()} on {platform.platform()}")
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    line("cores", f"{cores} usable, of {os.cpu_count()}")
+    line("cores", f"{usable_cores()} usable, of {os.cpu_count()}")
     for package in _PACKAGES:
         try:
             line(package, metadata.version(package))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Generator
 from concurrent.futures import ThreadPoolExecutor
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from fluorspar.paths.sweep import Swept, room, sweep
 from fluorspar.paths.tables import spectral_tables
-from fluorspar.scene.renderer import TRACE_VARIANTS, use_variant
+from fluorspar.scene.renderer import TRACE_VARIANTS, usable_cores, use_variant
 from fluorspar.scene.scene import Scene
 from fluorspar.spectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -85,13 +84,6 @@ def estimate(
                 yield first_pixel, swept
         finally:
             dr.set_thread_count(threads_before)
-
-
-def usable_cores() -> int:
-    """Number of cores this process may run on."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _survival(matrix: DonaldsonMatrix) -> float:

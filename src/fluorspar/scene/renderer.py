@@ -13,7 +13,7 @@ from pathlib import Path
 
 from fluorspar.errors import RendererError, message
 
-__all__ = ["SPECTRUM_VARIANT", "TRACE_VARIANTS", "configure_llvm", "find_llvm", "use_variant"]
+__all__ = ["SPECTRUM_VARIANT", "TRACE_VARIANTS", "configure_llvm", "find_llvm", "usable_cores", "use_variant"]
 
 # Light paths hold no wavelength, so they are traced in a monochrome variant.
 TRACE_VARIANTS = {"llvm": "llvm_ad_mono", "cuda": "cuda_ad_mono"}
@@ -125,3 +125,10 @@ def use_variant(name: str) -> Iterator[None]:
     finally:
         if before is not None:
             _set_variant(before)
+
+
+def usable_cores() -> int:
+    """Number of cores this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

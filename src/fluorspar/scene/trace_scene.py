@@ -14,7 +14,7 @@ from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
 from fluorspar.scene.scene import Scene, film_node
 from fluorspar.scene.surfaces import ABSORBS, Surface
 
-__all__ = ["NO_ROW", "TraceScene", "build_trace_scene"]
+__all__ = ["NO_ROW", "TraceScene", "build_trace_scene", "set_film"]
 
 NO_ROW = 0xFFFF  # in the row table: this side of the shape absorbs everything
 
@@ -78,7 +78,7 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     for key, child in list(children(state, 0)):
         if kind(nodes[child]) in ("Integrator", "BSDF", "Texture"):
             del nodes[0].props[key]
-    _set_film(state, scene)
+    set_film(state, scene)
 
     with resolving(scene.base):
         built = build(state)
@@ -165,7 +165,7 @@ def _replace(props: Any, plugin: str) -> None:
     props.set_plugin_name(plugin)
 
 
-def _set_film(state: Any, scene: Scene) -> None:
+def set_film(state: Any, scene: Scene) -> None:
     """Give the film the size that is asked for, and a box filter."""
     film = film_node(state)
     size = {"width": scene.settings.width, "height": scene.settings.height}

@@ -22,6 +22,7 @@ from fluorspar.spectral.wavelengths import Wavelengths
 __all__ = [
     "CIE_1931",
     "K_M",
+    "SRGB_FROM_XYZ",
     "lab_from_xyz",
     "luminance",
     "observer_weights",
@@ -39,7 +40,7 @@ K_M = 683.0
 """Maximum luminous efficacy, lm/W."""
 
 # IEC 61966-2-1, linear sRGB from XYZ with Y = 1 for white
-_SRGB_FROM_XYZ = np.array(
+SRGB_FROM_XYZ = np.array(
     [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]], dtype=np.float64
 )
 _ROUNDING = 1e-4  # the matrix has four decimals: white itself leaves the cube by that much
@@ -226,7 +227,7 @@ def srgb_from_xyz(xyz: ArrayLike, exposure: float = 1.0) -> tuple[Array, float]:
     if not (np.isfinite(exposure) and exposure > 0):
         raise OptionError(message("an exposure is impossible", got=exposure, expected="a positive number"))
     scaled = np.asarray(xyz, dtype=np.float64) * exposure
-    linear = scaled @ _SRGB_FROM_XYZ.T
+    linear = scaled @ SRGB_FROM_XYZ.T
     lowest, highest = linear.min(axis=-1, keepdims=True), linear.max(axis=-1, keepdims=True)
     changed = (lowest < -_ROUNDING) | (highest > 1 + _ROUNDING)
     grey = np.clip(scaled[..., 1:2], 0.0, 1.0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import ExtrapolationWarning, OptionError, SpectrumError, message
 from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
-from fluorspar.spectral.colour import _SRGB_FROM_XYZ, CIE_1931, lab_from_xyz, observer_weights, srgb_from_xyz
+from fluorspar.spectral.colour import CIE_1931, SRGB_FROM_XYZ, lab_from_xyz, observer_weights, srgb_from_xyz
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.material import Material
 from fluorspar.spectral.measurement_conditions import measurement_condition
@@ -121,7 +121,7 @@ class LampColour:
 
     def _brightest(self) -> float:
         """The highest of linear red, green and blue."""
-        return max(float((_SRGB_FROM_XYZ @ self._seen()).max()), 1e-9)
+        return max(float((SRGB_FROM_XYZ @ self._seen()).max()), 1e-9)
 
     @property
     def whiteness(self) -> Whiteness:

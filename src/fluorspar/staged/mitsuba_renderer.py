@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -12,10 +11,10 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, SceneError, message
 from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
-from fluorspar.scene.renderer import use_variant
+from fluorspar.scene.renderer import usable_cores, use_variant
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.surfaces import ABSORBS, Surface
-from fluorspar.scene.trace_scene import _set_film
+from fluorspar.scene.trace_scene import set_film
 from fluorspar.staged.mesh import TriangleMesh
 from fluorspar.staged.patches import EmitterArray
 
@@ -61,7 +60,7 @@ class MitsubaRenderer:
 
         with use_variant(self.variant):
             before = dr.thread_count()
-            cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+            cores = usable_cores()
             dr.set_thread_count(threads or cores)
             try:
                 yield
@@ -117,7 +116,7 @@ class _LoadedScene:
             if array.copy is None or not keep_object:
                 _remove_shape(state, scene.surfaces[array.surface].node)
             self._add_patches(state, array, black=array.copy is not None or not keep_object)
-        _set_film(state, scene)
+        set_film(state, scene)
         film = next(node for node in state.nodes if kind(node) == "Film")
         film.props["pixel_format"] = "rgb"
         with resolving(scene.base):
