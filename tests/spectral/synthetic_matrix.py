@@ -41,7 +41,7 @@ class Truth:
 
 
 def random_sample(rank: int, seed: int) -> Truth:
-    """A grey-to-white sample with `rank` dyes.
+    """A grey-to-white sample with `rank` dyes, weakened where more photons would leave than arrive.
 
     All emit beyond where any is excited: below the diagonal, two dyes of which one emits at shorter
     wavelengths than the other is excited are nearly one product alpha beta^T, and nobody could count them.
@@ -55,7 +55,9 @@ def random_sample(rank: int, seed: int) -> Truth:
         beta[k] = _bump(EXCITATION, excited + rng.uniform(-8, 8), rng.uniform(20, 30))
         beta[k] /= trapezoid(beta[k], EXCITATION)
     reflectance = 0.1 + 0.4 / (1 + np.exp(-(EMISSION - rng.uniform(480, 600)) / 20))
-    return Truth(reflectance, alpha, beta)
+    photons = 10 * EMISSION @ (alpha.T @ beta * (SHIFT > 0)) / EXCITATION
+    most = np.max(photons / (0.95 - np.interp(EXCITATION, EMISSION, reflectance)))
+    return Truth(reflectance, alpha / max(1.0, most), beta)
 
 
 def _bump(w: Array, peak: float, width: float) -> Array:

@@ -2,11 +2,16 @@
 
 The matrices are made up (synthetic_matrix.py) on 330-720 x 380-720 nm by 10, with 0.003 of noise per cell:
 what good instruments have. Bounds: a rank-1 fit has some 70 free numbers for 700 cells, so its
-root-mean-square error must be well below that of a cell; 0.003 leaves room for smoothing. alpha and beta
-are held to 20 % of their peak where the strongest cells are about 10 times the noise.
+root-mean-square error must be well below that of a cell; 0.003 leaves room for smoothing. Where nothing but noise
+limits it, alpha has the standard error of a least-squares fit with beta known, noise / (h sqrt(sum of beta^2 over the
+excitation below)): it grows towards the blue end of the emission, where little excitation is left below; beta likewise.
+Bound: 4 of these, and 15 % of the peak for what smoothing and beta's own error add. Of 400 seeds the worst reaches 0.9 of
+that.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,31 +63,36 @@ def test_without_noise_the_spectra_come_back():
     assert errors(fit, truth)[1] < 1e-4
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+def check_spectra(fit: MaterialFit, truth: Truth) -> None:
+    """Hold alpha, beta, S and the luminescent cells of a fit to their bounds."""
+    cells, S = errors(fit, truth)
+    assert cells < NOISE
+    assert S < 2 * NOISE
+    lit = SHIFT > 0
+    alpha, beta = factors(fit)
+    of_alpha = NOISE / (10 * np.sqrt(truth.beta**2 @ lit.T + 1e-12))
+    of_beta = NOISE / (10 * np.sqrt(truth.alpha**2 @ lit + 1e-12))
+    for found, true, error in ((alpha, truth.alpha, of_alpha), (beta, truth.beta, of_beta)):
+        assert np.all(np.abs(found - true) < 0.15 * true.max(axis=1, keepdims=True) + 4 * error)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(seed=seeds)
 def test_one_dye_comes_back_from_noise(seed):
     truth = random_sample(1, seed)
     fit = fit_material(truth.measured(seed, NOISE), support=SUPPORT)
     assert fit.rank == 1
-    cells, S = errors(fit, truth)
-    assert cells < NOISE
-    assert S < 2 * NOISE
-    alpha, beta = factors(fit)
-    assert np.abs(alpha - truth.alpha).max() < 0.2 * truth.alpha.max()
-    assert np.abs(beta - truth.beta).max() < 0.2 * truth.beta.max()
+    check_spectra(fit, truth)
 
 
 @pytest.mark.parametrize("rank", [2, 3])
-@settings(max_examples=2, deadline=None, derandomize=True)
+@settings(max_examples=10, deadline=None, derandomize=True)
 @given(seed=seeds)
 def test_several_dyes_are_counted_and_come_back(rank, seed):
-    """Factors of several dyes are not unique as numbers; their sum, their peaks and S are."""
     truth = random_sample(rank, seed)
     fit = fit_material(truth.measured(seed, NOISE), support=SUPPORT)
     assert fit.rank == rank
-    cells, S = errors(fit, truth)
-    assert cells < NOISE
-    assert S < 2 * NOISE
+    check_spectra(fit, truth)
     peaks = EMISSION[factors(fit)[0].argmax(axis=1)]
     assert np.abs(peaks - EMISSION[truth.alpha.argmax(axis=1)]).max() <= 10
 
@@ -104,6 +114,40 @@ def test_column_baselines_are_not_taken_for_luminescence():
     )
     assert errors(shifted, truth)[0] < 0.0015
     assert errors(plain, truth)[0] < 0.0010
+
+
+@pytest.mark.parametrize("offset", [-0.001, 0.0005, 0.001])
+def test_a_zero_error_of_the_instrument_is_not_luminescence(offset):
+    """An offset of every cell alike shows above the diagonal; the photons a dye gives out must stay what they are.
+
+    Bound: 0.02 of 0.24 photons; taken for luminescence, 0.001 in 30 rows would add 0.15.
+    """
+    truth = random_sample(1, 5)
+    clean = truth.measured(1, 0.001)
+    shifted = replace(clean, cells=clean.cells + offset)
+    yields = []
+    for measured in (clean, shifted):
+        fit = fit_material(measured, support=SUPPORT)
+        D = fit.material.on(Wavelengths(330, 720, 10))
+        yields.append((D.photon_yield() - D.reflectance).max())
+    assert yields[1] == pytest.approx(yields[0], abs=0.02)
+    assert fit.noise.common[0] == pytest.approx(offset, abs=0.0002)
+
+
+def test_what_columns_have_in_common_by_chance_is_left_alone():
+    """Baselines of single columns, mean 0: no common one is taken off."""
+    measured = random_sample(1, 5).measured(1, 0.0005, baseline=0.001)
+    assert fit_material(measured, support=SUPPORT).noise.common == (0.0, 0.0)
+
+
+def test_a_dye_emits_in_one_band():
+    """Noise must not leave side lobes of emission: beyond 5 widths of the true band alpha is exactly 0."""
+    for seed in range(4):
+        truth = random_sample(1, seed)
+        weak = Truth(truth.reflectance, 0.3 * truth.alpha, truth.beta)
+        alpha, _ = factors(fit_material(weak.measured(seed, NOISE), rank=1, support=SUPPORT))
+        peak = EMISSION[truth.alpha[0].argmax()]
+        assert not alpha[:, np.abs(EMISSION - peak) > 5 * 28 + 10].any()
 
 
 def test_noise_is_estimated_from_above_the_diagonal():
@@ -154,12 +198,16 @@ def test_rank_can_be_given():
 
 
 def test_smoothing_costs_no_more_than_the_noise():
-    measured = random_sample(1, 11).measured(11, NOISE)
+    """It takes away what noise adds to the curvature of beta, and hardly anything that was there."""
+    truth = random_sample(1, 11)
+    measured = truth.measured(11, NOISE)
     rough, smooth = (fit_material(measured, rank=1, smooth=s, support=SUPPORT) for s in (False, True))
     bend = [
         np.sum(np.diff(fit.material.fluorophores[0].excitation.values, 2) ** 2) for fit in (rough, smooth)
     ]
-    assert bend[1] < 0.5 * bend[0]
+    true = np.sum(np.diff(truth.beta[0], 2) ** 2)
+    assert bend[0] > 1.3 * true
+    assert 0.7 * true < bend[1] < true
     assert smooth.unexplained < 1.1 * rough.unexplained
 
 
@@ -180,6 +228,52 @@ def test_luminescence_is_scaled_to_conserve_photons():
     fit = fit_material(measured, rank=1, support=SUPPORT)
     assert 0.85 < fit.scaled < 1
     assert fit.material.on(Wavelengths(330, 720, 10)).photon_yield().max() == pytest.approx(1, abs=1e-3)
+
+
+def test_a_reflectance_that_was_not_measured_gives_way_to_luminescence():
+    """A whitened paper measured from 400 nm on: S of 0.82 held below it and 0.28 luminescent photons make 1.10."""
+    em, ex = np.arange(400.0, 701.0, 10.0), np.arange(300.0, 701.0, 10.0)
+    bands = np.outer(np.exp(-(((em - 440) / 30) ** 2)), np.exp(-(((ex - 365) / 25) ** 2)))
+    cells = 0.82 * (em[:, None] == ex[None, :]) + np.where(em[:, None] > ex[None, :], 0.045 * bands, 0.0)
+    measured = MeasuredMatrix(em, ex, cells + np.random.default_rng(1).normal(0, 5e-4, cells.shape), "paper")
+    lit = measured.photon_yield()[ex == 370][0]
+    fit = fit_material(measured)
+    D = fit.material.on(Wavelengths(300, 780, 10))
+    assert fit.scaled == 1
+    assert 0.25 < lit < 0.3
+    assert (D.photon_yield() - D.reflectance)[7] == pytest.approx(lit, rel=0.03)
+    assert D.reflectance[[0, 10]] == pytest.approx(0.82, abs=0.003)
+    assert D.photon_yield().max() < 1
+    assert "held at its value there, or less where luminescence leaves no room" in fit.material.assumed
+
+
+def test_one_wavelength_without_room_does_not_weaken_the_others():
+    """S = 1 at 620 nm, where the excitation has a tail: S gives way there, by less than its noise, and nothing else."""
+    truth = random_sample(1, 4)
+    white = Truth(np.where(EMISSION == 620, 0.9995, truth.reflectance), truth.alpha, truth.beta)
+    fits = [fit_material(sample.measured(4, 0.0005), rank=1, support=SUPPORT) for sample in (truth, white)]
+    assert fits[1].scaled > 0.99
+    peaks = [fit.material.fluorophores[0].emission.values.max() for fit in fits]
+    assert peaks[1] == pytest.approx(peaks[0], rel=0.01)
+
+
+@pytest.mark.parametrize("rank", [-1, 1.5, True])
+def test_an_impossible_rank_is_refused(rank):
+    with pytest.raises(MaterialError, match="number of fluorophores"):
+        fit_material(random_sample(0, 1).measured(1), rank=rank, support=SUPPORT)
+
+
+def test_a_support_without_data_is_refused():
+    with pytest.raises(MaterialError, match=r"(?s)850-900 nm.*380-720 nm.*--wavelengths"):
+        fit_material(random_sample(1, 1).measured(1), support=(850.0, 900.0))
+
+
+def test_terms_that_find_nothing_are_left_out():
+    """No luminescence at all, or none within the support, whatever rank is asked for."""
+    plain = MeasuredMatrix(EMISSION, EXCITATION, np.where(SHIFT == 0, 0.5, 0.0), "white")
+    assert fit_material(plain, rank=2, support=SUPPORT).rank == 0
+    red = fit_material(random_sample(1, 1).measured(1, 0.0005), rank=1, support=(640.0, 720.0))
+    assert red.rank == 0
 
 
 @pytest.mark.parametrize("S", [-0.2, 1.1])

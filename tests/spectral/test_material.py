@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -175,3 +177,26 @@ def test_fluorescent_or_not() -> None:
     assert dyed("a", 520, 0.1).fluorescent
     assert sheet().fluorescent
     assert not sheet(strength=0.0).fluorescent
+
+
+def test_a_mixture_keeps_data_that_only_one_ingredient_has() -> None:
+    """A reaches from 300 nm, B from 400 nm: below, D is half of A's and half of B's end value, which is said."""
+    wide = Material("wide", Spectrum([300, 400, 780], [0.1, 0.5, 0.5]))
+    narrow = Material("narrow", Spectrum([400, 700], [0.3, 0.7]))
+    mixture = mix([(wide, 0.5), (narrow, 0.5)])
+    with pytest.warns(ExtrapolationWarning, match="'narrow'.*400-700 nm"):
+        D = mixture.on(Wavelengths(300, 780, 20))
+    with pytest.warns(ExtrapolationWarning):
+        expected = [0.5 * (a.on(D.wavelengths).reflectance) for a in (wide, narrow)]
+    assert D.reflectance == pytest.approx(expected[0] + expected[1])
+    assert D.luminescent is None
+
+
+def test_a_mixture_of_dyes_over_different_ranges_stays_in_factors() -> None:
+    wide, narrow = dyed("wide", 560, 0.1), dyed("narrow", 600, 0.2)
+    wide = replace(wide, reflectance=Spectrum([300, 780], [0.1, 0.1]))
+    narrow = replace(narrow, reflectance=Spectrum([400, 700], [0.2, 0.2]))
+    grid = Wavelengths(400, 700, 10)
+    D = mix([(wide, 0.3), (narrow, 0.7)]).on(grid)
+    assert len(D.emission) == 2
+    assert D.band() == pytest.approx(0.3 * wide.on(grid).band() + 0.7 * narrow.on(grid).band())

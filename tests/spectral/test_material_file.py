@@ -64,6 +64,20 @@ def test_a_measured_matrix_has_no_factors_to_write(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_reflectance_that_ends_before_the_others_is_said_to_be_held(tmp_path):
+    """The table of the file reaches as far as the excitation; what it holds of S there is not data."""
+    dye = Fluorophore(Spectrum([500, 600], [0.1, 0.0]), Spectrum([300, 400], [1.0, 1.0]))
+    made = Material("short", Spectrum([400, 700], [0.3, 0.4]), (dye,))
+    again = material(write_material(tmp_path / "short.csv", made))
+    assert again.assumed == "reflectance below 400 nm not given, held at its value there"
+    assert again.reflectance.at(300) == 0.3
+
+
+def test_a_name_stays_on_its_line(tmp_path):
+    made = Material("two\nlines", Spectrum([300, 780], [0.3, 0.4]))
+    assert material(write_material(tmp_path / "named.csv", made)).name == "two lines"
+
+
 def test_an_existing_file_survives_a_failed_write(tmp_path):
     folder = tmp_path / "taken.csv"
     folder.mkdir()

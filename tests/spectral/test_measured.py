@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -88,9 +89,24 @@ class TestOnOtherGrids:
         assert density[:-2] == pytest.approx(inner[:-2], rel=1e-9, abs=1e-15)
         assert density[-1, -2] == pytest.approx(inner[-1, -2], rel=0.02)
 
-    def test_the_stokes_side_only(self) -> None:
-        _, density = noisy_matrix().on(Wavelengths(380, 780, 5))
-        assert not np.triu(density).any()
+    def test_either_side_of_the_diagonal_is_interpolated_by_itself(self) -> None:
+        """A matrix given in full is used as given, noise above its diagonal included, on every grid."""
+        matrix = plane_matrix()
+        above = 0.01 * plane(matrix.excitation, matrix.emission).T
+        noisy = replace(matrix, cells=matrix.cells + 10 * above)
+        w = Wavelengths(400, 760, 5).values
+        _, density = noisy.on(Wavelengths(400, 760, 5))
+        assert density == pytest.approx(plane(w, w) + 0.01 * plane(w, w).T, rel=1e-9, abs=1e-15)
+
+    def test_reflectance_that_was_not_measured_leaves_room_for_luminescence(self) -> None:
+        """S is 0.8 at 400 nm; light of 360 nm gives out 0.35 photons: 0.8 held there would make 1.15."""
+        em, ex = np.arange(400.0, 601.0, 10.0), np.arange(350.0, 601.0, 10.0)
+        cells = 0.8 * (em[:, None] == ex[None, :])
+        cells[em == 450, ex == 360] = 0.35 * 360 / 450
+        with pytest.warns(ExtrapolationWarning, match="or less where luminescence leaves no room"):
+            S, _ = MeasuredMatrix(em, ex, cells, "brightened").on(Wavelengths(350, 600, 10))
+        assert S[:3] == pytest.approx([0.8, 0.64, 0.8])
+        assert S[5:] == pytest.approx(0.8)
 
     def test_from_10_to_5_nm_cells_halve_and_the_diagonal_stays(self) -> None:
         matrix = plane_matrix()
@@ -195,9 +211,9 @@ class TestFile:
         ("parts", "complaint"),
         [
             ({"quantity": "percent"}, "(?s)'percent'.*'band' or 'density'"),
-            ({"step": "ten"}, "no readable step"),
+            ({"step": "ten"}, "(?s)does not state its step.*'ten'"),
             ({"step": "5"}, "(?s)step.*5 nm.*10 nm"),
-            ({"columns": "400,x"}, "no readable step or header"),
+            ({"columns": "400,x"}, "(?s)not a wavelength.*header, cell 3.*'x'"),
         ],
     )
     def test_malformed(self, tmp_path, parts: dict[str, str], complaint: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fluorspar.errors import MaterialError, SpectrumError, message
 from fluorspar.spectral.material import Fluorophore, Material
@@ -12,6 +13,7 @@ from fluorspar.spectral.spectrum import Spectrum, SpectrumLike, as_spectrum, tra
 
 __all__ = ["dye"]
 
+Array = NDArray[np.float64]
 Units = Literal["energy", "photon"]
 
 
@@ -67,8 +69,8 @@ def dye(
     Raises
     ------
     MaterialError
-        If units are not given as one of the two, quantum yield or strength lies outside 0 to 1, or a
-        spectrum is negative or 0 everywhere.
+        If units are not given as one of the two, quantum yield or strength lies outside 0 to 1, a spectrum is
+        negative or 0 everywhere, or most of the emission lies at shorter wavelengths than the excitation.
 
     Examples
     --------
@@ -88,9 +90,9 @@ def dye(
             message(fault, where=name, got=repr(units), expected="'energy' or 'photon'", fix=fix)
         )
     for what, value in (("quantum yield", quantum_yield), ("strength", strength)):
-        if not 0 <= value <= 1:
+        if not isinstance(value, (int, float, np.number)) or not 0 <= value <= 1:
             fault = f"the {what} of a dye is impossible"
-            raise MaterialError(message(fault, where=name, got=f"{value:g}", expected="0 to 1"))
+            raise MaterialError(message(fault, where=name, got=repr(value), expected="a number, 0 to 1"))
     for spectrum in (excitation, emission):
         if spectrum.values.min() < 0 or not spectrum.values.any() or spectrum.is_constant:
             fault = "a spectrum of a dye is negative, 0 everywhere or constant"
@@ -105,6 +107,7 @@ def dye(
     photons = photons / trapezoid(photons, em)
     taken_up = absorbed * ex
     area = trapezoid(taken_up, ex)
+    _check_order(name, ex, taken_up, em, photons)
     fluorophore = Fluorophore(
         Spectrum(em, quantum_yield * area * photons / em, f"emission of {name!r}", assumed),
         Spectrum(ex, taken_up, f"excitation of {name!r}", assumed),
@@ -123,6 +126,23 @@ def dye(
         )
     except SpectrumError as err:
         raise MaterialError(message("a dyed substrate is impossible", where=name, got=err)) from err
+
+
+def _check_order(name: str, ex: Array, taken_up: Array, em: Array, photons: Array) -> None:
+    """Refuse a dye most of whose emission the Stokes limit would leave out."""
+    longer = [trapezoid(np.where(em > at, photons, 0.0), em) for at in ex]
+    share = trapezoid(taken_up * np.array(longer), ex) / trapezoid(taken_up, ex)
+    if share < 0.5:
+        peaks = f"excitation peak {ex[taken_up.argmax()]:g} nm, emission peak {em[photons.argmax()]:g} nm"
+        raise MaterialError(
+            message(
+                "most of the emission of a dye lies at shorter wavelengths than its excitation",
+                where=name,
+                got=f"{peaks}; {100 * share:.0f} % of the emission is at longer wavelengths",
+                expected="emission at longer wavelengths than excitation (Stokes)",
+                fix="were the two spectra swapped?",
+            )
+        )
 
 
 def _dyed(substrate: Spectrum, absorbed: Spectrum, title: str, assumed: str) -> Spectrum:

@@ -39,7 +39,7 @@ class Factors:
     baseline : ndarray of shape (M, P)
         What was taken for the instrument's baseline.
     misfit : float
-        Sum over cells of squared residual / noise variance, baselines (and row sums, if asked for) included.
+        Sum over cells of squared residual / noise variance, baselines (and sums, if asked for) included.
     open_emission : ndarray of bool, shape (K, M)
     open_excitation : ndarray of bool, shape (K, P)
         Where the factors may differ from 0.
@@ -77,11 +77,11 @@ class Problem:
         Emission minus excitation wavelength in steps.
     noise
         What the cells are worth.
-    row_tolerance
-        How well every row of the luminescent part shall add up to what was measured, in radiance factor;
-        that is what decides the colour. Not asked for by default.
-    light : ndarray of shape (P,), optional
-        In which light rows are added up, relative; equal energy by default.
+    sums : ndarray of shape (C, M, P), optional
+        Weights of C sums over the luminescent cells that shall be what was measured, such as tristimulus
+        values: many small errors of one sign would show as a colour.
+    tolerance
+        How well, in the unit of these sums.
     mirrored
         Look for luminescence above the diagonal, where there is none: what is found there is what noise
         yields.
@@ -103,15 +103,14 @@ class Problem:
         shift: Array,
         noise: MatrixNoise,
         *,
-        row_tolerance: float = np.inf,
-        light: Array | None = None,
+        sums: Array | None = None,
+        tolerance: float = np.inf,
         mirrored: bool = False,
     ) -> None:
         self.cells, self.shift = cells, shift
         self.lit = (shift < -0.5) if mirrored else (shift > 0.5)
-        self.row_weight = row_tolerance**-2
-        self.light = np.ones(cells.shape[1]) if light is None else light
-        self.row_sums = (cells * self.lit) @ self.light
+        self._sums = (np.zeros((0, *cells.shape)) if sums is None else sums) * self.lit / tolerance
+        self._targets = np.einsum("cmp,mp->c", self._sums, cells)
         near = np.abs(shift) < 1.5
         self.weight = np.where(near, noise.near**-2, noise.white**-2) * (np.abs(shift) > 0.5)
         self._shapes = baseline_shapes(len(cells))
@@ -181,13 +180,19 @@ class Problem:
         return replace(start, emission=a, excitation=b, baseline=baseline, misfit=misfit)
 
     def prune(self, factors: Factors, least: float) -> Factors:
-        """Close side lobes of the excitation spectra that are noise of single columns, the weakest first.
+        """Close side lobes of the spectra that are noise of single rows or columns, the weakest first.
 
         A lobe lies between two deep minima. The strongest one of every spectrum stays. Others go if they
-        explain less than `least` of misfit, or lie on the red side of the emission peak, where no dye is
-        excited.
+        explain less than `least` of misfit; excitation also if it lies on the red side of the emission peak,
+        where no dye is excited.
         """
         for term in range(factors.rank):
+            for lobe in _side_lobes(factors.emission[term]):
+                still_open = factors.open_emission.copy()
+                still_open[term, lobe] = False
+                without = self.fit(replace(factors, open_emission=still_open))
+                if without.misfit - factors.misfit < least:
+                    factors = without
             peak = int(np.argmax(factors.emission[term]))
             red = self.shift[peak] < 0
             for lobe in _side_lobes(factors.excitation[term]):
@@ -224,19 +229,18 @@ class Problem:
         """Normal equations of the emission factors: matrix (K, M, K, M) and right side (K, M)."""
         normal = np.einsum("kp,lp,pmn->kmln", b, b, self._precision, optimize=True)
         right = np.einsum("kp,mp->km", b, self._pull)
-        sums = (b * self.light) @ self.lit.T
-        each = np.arange(sums.shape[1])
-        normal[:, each, :, each] += self.row_weight * np.einsum("km,lm->mkl", sums, sums)
-        return normal, right + self.row_weight * sums * self.row_sums
+        sums = np.einsum("cmp,kp->ckm", self._sums, b)
+        normal += np.einsum("ckm,cln->kmln", sums, sums)
+        return normal, right + np.einsum("ckm,c->km", sums, self._targets)
 
     def _for_excitation(self, a: Array) -> tuple[Array, Array]:
         """Normal equations of the excitation factors: matrix (K, P, K, P) and right side (K, P)."""
-        lit = a[:, :, None] * (self.lit * self.light)
-        normal = self.row_weight * np.einsum("kmp,lmq->kplq", lit, lit, optimize=True)
-        each = np.arange(lit.shape[2])
+        sums = np.einsum("cmp,km->ckp", self._sums, a)
+        normal = np.einsum("ckp,clq->kplq", sums, sums)
+        each = np.arange(sums.shape[2])
         normal[:, each, :, each] += np.einsum("km,pmn,ln->pkl", a, self._precision, a, optimize=True)
         right = np.einsum("km,mp->kp", a, self._pull)
-        return normal, right + self.row_weight * np.einsum("kmp,m->kp", lit, self.row_sums)
+        return normal, right + np.einsum("ckp,c->kp", sums, self._targets)
 
     def _misfit(self, product: Array) -> tuple[float, Array]:
         """Return the misfit of a product (M, P) and the baseline (M, P) that goes with it."""
@@ -245,7 +249,7 @@ class Problem:
         strength = np.einsum("pab,bm,mp->pa", self._solver, self._shapes, self.weight * left)
         baseline = (strength @ self._shapes).T
         misfit = np.sum(self.weight * (left - baseline) ** 2) + np.sum(strength**2 * self._stiffness)
-        misfit += self.row_weight * np.sum((model @ self.light - self.row_sums) ** 2)
+        misfit += np.sum((np.einsum("cmp,mp->c", self._sums, model) - self._targets) ** 2)
         return float(misfit), baseline
 
 

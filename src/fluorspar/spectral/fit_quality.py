@@ -11,6 +11,8 @@ __all__ = ["fit_quality"]
 def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
     """Describe a fit: rank, colour differences to the measurement, noise, what is unexplained, photon yield.
 
+    The measurement is its diagonal and the cells below it; what stands above can only be error.
+
     Parameters
     ----------
     fit
@@ -38,10 +40,12 @@ def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
         return f"not fluorescent: no luminescence beyond the noise of {fit.noise.white:.4f} per cell"
     colours = ", ".join(f"{light} {value:.2f}" for light, value in coarse.delta_e.items())
     words = (
-        f"rank {fit.rank}; CIEDE2000 to the measurement: {colours}; under D65 at {fine.grid.step:g} nm "
-        f"{fine.delta_e['D65']:.2f}; noise {fit.noise.white:.4f} per cell, luminescent part unexplained "
-        f"{100 * fit.unexplained:.0f} %; highest photon yield {coarse.photon_yield.max():.2f}"
+        f"rank {fit.rank}; CIEDE2000 to the measurement: {colours}; "
+        f"under D65 at {fine.grid.step:g} nm {fine.delta_e['D65']:.2f}, "
+        f"with the cells above the diagonal {coarse.delta_e_all_cells:.2f}; "
+        f"noise {fit.noise.white:.4f} per cell, luminescent part unexplained {100 * fit.unexplained:.0f} %; "
+        f"highest photon yield {coarse.photon_yield.max():.2f}"
     )
     if fit.scaled < 1:
-        words += f"; luminescence scaled by {fit.scaled:.3f} to conserve photons"
+        words += f"; excitation lowered, down to {fit.scaled:.3f} of its value, to conserve photons"
     return words

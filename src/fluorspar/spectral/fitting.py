@@ -11,19 +11,23 @@ from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.factorise import Factors, Problem
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.material import Fluorophore, Material
+from fluorspar.spectral.material_tables import material_tables
 from fluorspar.spectral.matrix_noise import MatrixNoise, estimate_noise, stokes_shift
 from fluorspar.spectral.measured import MeasuredMatrix
 from fluorspar.spectral.measured_check import check_measured
 from fluorspar.spectral.rank_choice import choose_rank
-from fluorspar.spectral.spectrum import Spectrum, trapezoid
+from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["MaterialFit", "fit_material"]
 
 Array = NDArray[np.float64]
 
-_ROW_TOLERANCE = 0.002  # radiance factor: about 0.1 of CIEDE2000
-_NEGLIGIBLE = 1e-4  # of the highest value of a spectrum; written as 0
+_TOLERANCE = 0.4  # of what the noise of single cells does to the sum of a row
+# Share of cells beside the diagonal in that sum: reflected light that the bandpass of the instrument spills into them
+# is not luminescence. 1 would pull the weak luminescence of a whitened paper down by a third, 0 would miss the measured
+# colours by 0.25 of CIEDE2000 on average.
+_BESIDE = 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +38,8 @@ class MaterialFit:
     ----------
     material : Material
     measured : MeasuredMatrix
-        What it was fitted to.
+        What it was fitted to: the measurement, less the baseline that all its columns have in common
+        (`noise.common`; nearly always 0).
     noise : MatrixNoise
     gains : tuple of float
         By how much the first, second, ... term lowered the misfit.
@@ -44,7 +49,7 @@ class MaterialFit:
         Root-mean-square residual of the luminescent part over its root mean square, baselines taken out of
         both.
     scaled : float
-        Factor that was put on the luminescence to keep the photon yield at 1; nearly always 1.
+        Smallest factor that was put on the excitation at a wavelength to keep its photon yield at 1; nearly always 1.
     """
 
     material: Material
@@ -75,17 +80,21 @@ def fit_material(
 
     `D = diag(S) + sum over k of alpha_k beta_k^T` for excitation below emission, with half weight where the
     two are equal, alpha and beta non-negative. Nothing is clipped: noise of both signs is averaged by the
-    fit, its size is taken from the cells above the diagonal, and the baseline every column has in common
-    above and below the diagonal is not taken for luminescence. S is the diagonal less the half cell of
-    luminescence in it. Rows are held to add up in daylight to what was measured, since many small errors of
-    one sign would show as a colour.
+    fit, and its size is taken from the cells above the diagonal. The baseline that a column has above and
+    below the diagonal alike is not taken for luminescence, nor is the one that all columns share. S is the
+    diagonal less the half cell of luminescence in it. Rows are held to add up in daylight to what was measured, to a
+    part of what noise does to such a sum, since many small errors of one sign would show as a colour.
+
+    Where more photons would leave than arrive, S is lowered as far as its noise allows, then the excitation at that
+    wavelength. Where S was not measured it keeps its end value, or less where luminescence leaves no room for it.
 
     Parameters
     ----------
     measured
         The matrix.
     rank
-        Number of fluorophores, 0 included; chosen by the data if None (see `choose_rank`).
+        Number of fluorophores, 0 included; chosen by the data if None (see `choose_rank`). Terms that find no
+        luminescence are left out.
     name, description, credit
         Of the material.
     smooth
@@ -101,8 +110,9 @@ def fit_material(
     Raises
     ------
     MaterialError
-        If the matrix gives out more than 1.15 photons per photon, or S lies outside 0 to 1 by more than noise
-        (by less, it is set to 0 or 1).
+        If the matrix gives out more than 1.15 photons per photon, S lies outside 0 to 1 by more than noise (by less,
+        it is set to 0 or 1), the rank is not a number of terms, or `support` has nothing of the measured
+        reflectance.
 
     Examples
     --------
@@ -116,25 +126,28 @@ def fit_material(
     0.35
     """
     check_measured(measured)
+    _check_request(measured, rank, support)
     shift = stokes_shift(measured.emission, measured.excitation, measured.step)
     noise = estimate_noise(measured.cells, shift)
+    if any(noise.common):
+        baseline = noise.common_baseline(len(measured.emission))
+        measured = replace(measured, cells=measured.cells - baseline[:, np.newaxis])
     choice = choose_rank(measured, noise, rank)
-    daylight = illuminant("D65")
-    light = np.interp(measured.excitation, daylight.wavelengths, daylight.values / 100)
-    problem = Problem(measured.cells, shift, noise, row_tolerance=_ROW_TOLERANCE, light=light)
+    sums = _daylight_sums(measured)
+    tolerance = _TOLERANCE * noise.white * float(np.sqrt(np.max(np.sum(sums**2, axis=(1, 2)))))
+    problem = Problem(measured.cells, shift, noise, sums=sums, tolerance=tolerance)
     factors = problem.nothing()
     if choice.factors.rank:
         factors = problem.fit(replace(choice.factors, curvature=0.0))
         factors = problem.smooth(factors) if smooth else factors
     title = name or measured.title
-    table = _tables(measured, factors, support, 3 * noise.near)
-    scaled = _photon_limit(table)
+    table = material_tables(measured, factors, support, tolerance=3 * noise.near)
     material = Material(
         title,
         Spectrum(table.wavelengths, table.reflectance, f"reflectance of {title!r}", table.assumed),
         tuple(
             Fluorophore(
-                Spectrum(table.wavelengths, scaled * a, f"emission of {title!r}", table.assumed),
+                Spectrum(table.wavelengths, a, f"emission of {title!r}", table.assumed),
                 Spectrum(table.wavelengths, b, f"excitation of {title!r}", table.assumed),
                 f"{title}_{k}",
             )
@@ -145,84 +158,33 @@ def fit_material(
         assumed=table.assumed,
     )
     unexplained = _unexplained(measured, factors, shift)
-    return MaterialFit(material, measured, noise, choice.gains, choice.noise_gain, unexplained, scaled)
+    return MaterialFit(material, measured, noise, choice.gains, choice.noise_gain, unexplained, table.scaled)
 
 
-@dataclass(frozen=True, eq=False)
-class _Tables:
-    """Spectra on common wavelengths (n,); emission and excitation (K, n)."""
-
-    wavelengths: Array
-    reflectance: Array
-    emission: Array
-    excitation: Array
-    assumed: str
-
-
-def _tables(
-    measured: MeasuredMatrix, factors: Factors, support: tuple[float, float], tolerance: float
-) -> _Tables:
-    """Turn band-weighted factors into S, alpha, beta (integral 1) on the measured wavelengths within `support`."""
-    em, ex, h = measured.emission, measured.excitation, measured.step
-    first = em[0] + h * np.ceil((support[0] - em[0]) / h - 1e-6)
-    last = em[0] + h * np.floor((support[1] - em[0]) / h + 1e-6)
-    grid = Wavelengths(float(first), float(last), h).values
-    own = np.interp(measured.reflectance.wavelengths, em, np.arange(len(em))).round().astype(int)
-    excited = np.interp(measured.reflectance.wavelengths, ex, np.arange(len(ex))).round().astype(int)
-    reflectance = measured.reflectance.values - 0.5 * factors.product[own, excited]
-    worst = int(np.argmax(np.abs(reflectance - 0.5)))
-    if not -tolerance <= reflectance[worst] <= 1 + tolerance:
+def _check_request(measured: MeasuredMatrix, rank: int | None, support: tuple[float, float]) -> None:
+    if rank is not None and (isinstance(rank, bool) or rank != int(rank) or rank < 0):
+        fault = "the number of fluorophores is impossible"
+        raise MaterialError(message(fault, where=measured.title, got=repr(rank), expected="0, 1, 2, ..."))
+    first, last = measured.reflectance.support
+    if not (support[0] < last and support[1] > first and support[0] < support[1]):
         raise MaterialError(
             message(
-                "the reflectance in a Donaldson matrix lies outside 0 to 1 by more than noise",
-                where=f"{measured.title}, {measured.reflectance.wavelengths[worst]:g} nm",
-                got=f"{reflectance[worst]:.3g} once half a cell of luminescence is taken off",
-                expected=f"0 to 1 within {tolerance:.2g}",
-                fix="check the calibration of the measurement, or that the diagonal is S",
+                "the wavelengths asked for have nothing of the measured reflectance",
+                where=measured.title,
+                got=f"{support[0]:g}-{support[1]:g} nm",
+                expected=f"a range that meets {first:g}-{last:g} nm",
+                fix="give the range as `support`, on the command line as --wavelengths",
             )
         )
-    emission = np.array([np.interp(grid, em, a, left=0.0, right=0.0) for a in factors.emission])
-    excitation = np.array([np.interp(grid, ex, b, left=0.0, right=0.0) for b in factors.excitation])
-    for k in range(factors.rank):
-        area = trapezoid(excitation[k], grid)
-        excitation[k] /= area
-        emission[k] *= area / h
-        for values in (emission[k], excitation[k]):
-            values[values < _NEGLIGIBLE * values.max()] = 0.0
-    return _Tables(
-        grid,
-        np.clip(np.interp(grid, measured.reflectance.wavelengths, reflectance), 0.0, 1.0),
-        emission.reshape(factors.rank, len(grid)),
-        excitation.reshape(factors.rank, len(grid)),
-        _assumptions(measured, grid, bool(factors.rank)),
-    )
 
 
-def _assumptions(measured: MeasuredMatrix, grid: Array, fluorescent: bool) -> str:
-    """Say what the tables assume outside the data."""
-    found = []
-    first, last = measured.reflectance.support
-    what = [("reflectance", first, last, "held at its value there")]
-    if fluorescent:
-        what += [
-            ("emission", float(measured.emission[0]), float(measured.emission[-1]), "taken as 0"),
-            ("excitation", float(measured.excitation[0]), float(measured.excitation[-1]), "taken as 0"),
-        ]
-    for quantity, a, b, how in what:
-        if grid[0] < a - 1e-6:
-            found.append(f"{quantity} below {a:g} nm not measured, {how}")
-        if grid[-1] > b + 1e-6:
-            found.append(f"{quantity} above {b:g} nm not measured, {how}")
-    return "; ".join(found)
-
-
-def _photon_limit(table: _Tables) -> float:
-    """Return the factor (at most 1) that keeps every photon yield at 1 or below."""
-    w, h = table.wavelengths, table.wavelengths[1] - table.wavelengths[0]
-    weights = np.tri(len(w), k=-1) + 0.5 * np.eye(len(w))
-    lit = h * (w @ (weights * (table.emission.T @ table.excitation))) / w
-    room = np.where(lit > 0, (1 - table.reflectance) / np.maximum(lit, 1e-12), np.inf)
-    return float(min(1.0, room.min()))
+def _daylight_sums(measured: MeasuredMatrix) -> Array:
+    """Weights of the cells in what every row adds up to in daylight, a radiance factor; ndarray of shape (M, M, P)."""
+    grid = Wavelengths(float(measured.excitation[0]), float(measured.excitation[-1]), measured.step)
+    light = illuminant("D65").on(grid, outside="zero") / 100
+    shift = stokes_shift(measured.emission, measured.excitation, measured.step)
+    share = np.where(shift > 1.5, 1.0, _BESIDE)
+    return np.asarray(np.eye(len(measured.emission))[:, :, np.newaxis] * (share * light))
 
 
 def _unexplained(measured: MeasuredMatrix, factors: Factors, shift: Array) -> float:

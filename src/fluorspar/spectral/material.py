@@ -82,7 +82,8 @@ class Material:
     matrix
         Instead of fluorophores; its diagonal then is the reflectance (see `Material.from_matrix`).
     parts : tuple of (Material, float)
-        Of a mixture that holds measured matrices: its ingredients and their weights (see `mix`).
+        Of a mixture that holds measured matrices, or reflectances with data for different ranges: its
+        ingredients and their weights (see `mix`).
     description, credit, quality, assumed
         In words: what it is, whose data, how good, and what is assumed where nothing was measured.
 
@@ -183,13 +184,7 @@ class Material:
 
     def _on(self, grid: Wavelengths, stokes: Stokes) -> DonaldsonMatrix:
         if self.parts:
-            n = len(grid)
-            reflectance, density = np.zeros(n), np.zeros((n, n))
-            for part, weight in self.parts:
-                D = part._on(grid, stokes)
-                reflectance += weight * D.reflectance
-                density += weight * D.density()
-            return DonaldsonMatrix(grid, reflectance, luminescent=density, stokes=stokes)
+            return _weighted([(part._on(grid, stokes), weight) for part, weight in self.parts])
         if self.matrix is not None:
             S, D_L = self.matrix.on(grid)
             return DonaldsonMatrix(grid, S, luminescent=D_L, stokes=stokes)
@@ -234,6 +229,18 @@ class Material:
         )
 
 
+def _weighted(parts: Sequence[tuple[DonaldsonMatrix, float]]) -> DonaldsonMatrix:
+    """Add matrices on one grid with weights; factors stay factors where all have them."""
+    grid, stokes = parts[0][0].wavelengths, parts[0][0].stokes
+    reflectance = np.sum([weight * D.reflectance for D, weight in parts], axis=0)
+    if all(D.luminescent is None for D, _ in parts):
+        emission = np.concatenate([weight * D.emission for D, weight in parts])
+        excitation = np.concatenate([D.excitation for D, _ in parts])
+        return DonaldsonMatrix(grid, reflectance, emission, excitation, stokes=stokes)
+    density = np.sum([weight * D.density() for D, weight in parts], axis=0)
+    return DonaldsonMatrix(grid, reflectance, luminescent=density, stokes=stokes)
+
+
 def _sampled(spectra: Sequence[Spectrum], grid: Wavelengths) -> NDArray[np.float64]:
     rows = [spectrum.on(grid, outside="zero") for spectrum in spectra]
     return np.array(rows, dtype=np.float64).reshape(len(spectra), len(grid))
@@ -275,7 +282,8 @@ def mix(ingredients: Sequence[tuple[Material, float]], name: str = "") -> Materi
         "\n".join(f"{m.name}: {text}" for m in materials if (text := getattr(m, field)))
         for field in ("credit", "quality", "assumed")
     )
-    if any(material.matrix is not None or material.parts for material in materials):
+    one_range = len({m.reflectance.support for m in materials if not m.reflectance.is_constant}) <= 1
+    if not one_range or any(material.matrix is not None or material.parts for material in materials):
         parts = tuple(zip(materials, weights.tolist(), strict=True))
         return Material(name, reflectance, parts=parts, credit=credit, quality=quality, assumed=assumed)
     dyes = tuple(

@@ -12,7 +12,7 @@ from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.material import Material
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["write_material"]
+__all__ = ["refuse_without_factors", "write_material"]
 
 _RANGE = (300.0, 780.0)  # of a table of constants
 _EDGE = 0.001  # nm, beside the end of a spectrum that does not end at 0
@@ -22,14 +22,14 @@ def write_material(path: str | Path, material: Material) -> Path:
     """Write a material to a `.csv` file, to 6 digits.
 
     The table has the wavelengths of all its spectra; in between all of them are linear, so nothing is
-    resampled.
+    resampled. Where the reflectance ends before the others its end value is held, and the file says so.
 
     Parameters
     ----------
     path
         The file; an existing one is replaced when the new one is complete.
     material
-        Without a measured matrix and not a mixture of such.
+        Of factors: without a measured matrix and not a mixture of materials that keep their own tables.
 
     Returns
     -------
@@ -55,17 +55,16 @@ def write_material(path: str | Path, material: Material) -> Path:
     <BLANKLINE>
     """
     path = Path(path)
-    if material.matrix is not None or material.parts:
-        fault, fix = "a material that holds a measured matrix has no table of factors", "fit it first"
-        raise MaterialError(message(fault, where=material.name, fix=fix))
-    lines = ["# fluorspar-material: 1", f"# name: {material.name}"]
-    for key in ("description", "credit", "quality", "assumed"):
-        lines += [f"# {key}: {part}" for part in getattr(material, key).splitlines()]
+    refuse_without_factors(material)
+    lines = ["# fluorspar-material: 1", f"# name: {' '.join(material.name.split())}"]
     single = len(material.fluorophores) == 1
     columns = {"reflectance": material.reflectance}
     for k, dye in enumerate(material.fluorophores, start=1):
         columns |= {f"emission_{k}": dye.emission, f"excitation_{k}": dye.excitation}
     wavelengths = _union(list(columns.values()))
+    for key in ("description", "credit", "quality", "assumed"):
+        lines += [f"# {key}: {part}" for part in getattr(material, key).splitlines()]
+    lines += [f"# assumed: {text}" for text in _held(material.reflectance, wavelengths)]
     header = ["wavelength", *(name.removesuffix("_1") if single else name for name in columns)]
     table = [wavelengths]
     for name, spectrum in columns.items():
@@ -83,6 +82,37 @@ def write_material(path: str | Path, material: Material) -> Path:
         temporary.unlink(missing_ok=True)
         raise MaterialError(message("a material file cannot be written", where=path, got=err)) from err
     return path
+
+
+def refuse_without_factors(material: Material) -> None:
+    """Refuse a material that has no reflectance, emission and excitation of its own.
+
+    Raises
+    ------
+    MaterialError
+        If it holds a measured matrix, or is a mixture that keeps its ingredients.
+
+    Examples
+    --------
+    >>> refuse_without_factors(Material("grey", Spectrum.constant(0.45)))
+    """
+    if material.matrix is not None:
+        fault, fix = "a material that holds a measured matrix has no spectra of factors", "fit it first"
+        raise MaterialError(message(fault, where=material.name, fix=fix))
+    if material.parts:
+        fault = "a mixture of measured matrices, or of materials with data for different ranges, has no single table"
+        fix = "bring the ingredients to one range first (fluorspar.spectral.material_resampling.resampled)"
+        raise MaterialError(message(fault, where=material.name, fix=fix))
+
+
+def _held(reflectance: Spectrum, wavelengths: NDArray[np.float64]) -> list[str]:
+    """Say where the table goes beyond the data of the reflectance."""
+    if reflectance.is_constant:
+        return []
+    first, last = reflectance.support
+    sides = [f"below {first:g} nm"] if wavelengths[0] < first - _EDGE else []
+    sides += [f"above {last:g} nm"] if wavelengths[-1] > last + _EDGE else []
+    return [f"reflectance {side} not given, held at its value there" for side in sides]
 
 
 def _union(spectra: list[Spectrum]) -> NDArray[np.float64]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.material import Fluorophore, Material
+from fluorspar.spectral.material_file import refuse_without_factors
 from fluorspar.spectral.spectrum import Spectrum, trapezoid
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -47,9 +47,7 @@ def resampled(material: Material, grid: Wavelengths) -> Material:
     >>> fine.fluorophores[0].emission.at(540), len(fine.reflectance.wavelengths)
     (0.48, 21)
     """
-    if material.matrix is not None or material.parts:
-        fault, fix = "a material that holds a measured matrix has no spectra of factors", "fit it first"
-        raise MaterialError(message(fault, where=material.name, fix=fix))
+    refuse_without_factors(material)
     w = grid.values
     dyes = []
     for dye in material.fluorophores:

@@ -5,7 +5,8 @@ In bispectral instruments it has three parts, which matter differently to a fit:
 
 * white noise of every cell;
 * a baseline of every column - each excitation wavelength is measured by itself, with an offset and a slow drift of its
-  own - which is the same above and below the diagonal and would otherwise pass for weak luminescence;
+  own - which is the same above and below the diagonal and would otherwise pass for weak luminescence. What all columns
+  have in common of it is a zero error of the instrument;
 * the finite bandpass, which spreads reflected light over the cells next to the diagonal.
 """
 
@@ -22,6 +23,7 @@ Array = NDArray[np.float64]
 
 _FEWEST = 16  # cells of a column from which an offset and a tilt are worth estimating
 _SMALLEST = 1e-5  # no instrument is better
+_SIGNIFICANT = 3.0  # standard errors
 
 
 @dataclass(frozen=True)
@@ -35,10 +37,13 @@ class MatrixNoise:
     near : float
         Of a cell next to the diagonal, where the bandpass of the instrument spills reflected light.
     offset, tilt : float
-        Of the baseline of a column: its mean, and its change from the middle to the end of the emission
-        range.
+        Of the baseline of a column about the common one: its mean, and its change from the middle to the end of the
+        emission range.
     resolution : float
         Cells are whole multiples of this (0 if they are not rounded); its rounding error is part of `white`.
+    common : tuple of float
+        Offset and tilt of the baseline that all columns have in common; 0 where it is less than three times its
+        standard error.
     """
 
     white: float
@@ -46,6 +51,17 @@ class MatrixNoise:
     offset: float
     tilt: float
     resolution: float
+    common: tuple[float, float] = (0.0, 0.0)
+
+    def common_baseline(self, rows: int) -> Array:
+        """Return the baseline of all columns over `rows` emission wavelengths, ndarray of shape (rows,).
+
+        Examples
+        --------
+        >>> MatrixNoise(0.001, 0.001, 0.0, 0.0, 0.0, (0.002, 0.001)).common_baseline(3)
+        array([0.001, 0.002, 0.003])
+        """
+        return np.asarray(np.array(self.common) @ baseline_shapes(rows))
 
 
 def stokes_shift(emission: Array, excitation: Array, step: float) -> Array:
@@ -97,15 +113,23 @@ def estimate_noise(cells: Array, shift: Array) -> MatrixNoise:
     rounding = resolution / np.sqrt(12)
     if freedom:
         white = np.hypot(np.sqrt(left / freedom), rounding)
-        offset, tilt = np.std(coefficients, axis=0)
+        common, spread = np.mean(coefficients, axis=0), np.std(coefficients, axis=0)
+        common[np.abs(common) < _SIGNIFICANT * spread / np.sqrt(len(coefficients))] = 0.0
+        offset, tilt = spread
     else:  # a small matrix: no column is long enough, so all is called white
         values = cells[far | next_to]
         white = np.hypot(np.sqrt(np.mean(values**2)) if values.size else 0.0, rounding)
+        common = np.zeros(2)
         offset = tilt = _SMALLEST
     white = max(float(white), _SMALLEST)
     near = float(np.sqrt(np.mean(cells[next_to] ** 2))) if next_to.any() else white
     return MatrixNoise(
-        white, max(near, white), max(float(offset), _SMALLEST), max(float(tilt), _SMALLEST), resolution
+        white,
+        max(near, white),
+        max(float(offset), _SMALLEST),
+        max(float(tilt), _SMALLEST),
+        resolution,
+        (float(common[0]), float(common[1])),
     )
 
 

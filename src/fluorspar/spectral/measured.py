@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fluorspar.errors import ExtrapolationWarning, MaterialError, message
 from fluorspar.spectral.checks import check_stokes_side, photon_yield
 from fluorspar.spectral.spectrum import Spectrum
-from fluorspar.spectral.tables import read_table
+from fluorspar.spectral.tables import Table, read_table
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["MeasuredMatrix", "read_donaldson_csv"]
@@ -78,14 +78,20 @@ class MeasuredMatrix:
 
     def _check_wavelengths(self) -> None:
         for what, values in (("excitation", self.excitation), ("emission", self.emission)):
-            if len(values) < 2 or not np.all(np.diff(values) > 0):
+            steps = np.diff(values)
+            if len(values) < 2 or not np.all(steps > 0):
                 fault = f"the {what} wavelengths of a Donaldson matrix do not ascend"
-                raise MaterialError(message(fault, where=self.title, got=values))
-            if np.any(np.abs(np.diff(values) - self.step) > _SAME):
-                fault = f"the {what} wavelengths of a Donaldson matrix are not evenly spaced"
-                raise MaterialError(
-                    message(fault, where=self.title, got=values, expected=f"steps of {self.step:g} nm")
+                worst = int(np.argmin(steps)) if len(steps) else 0
+                got = (
+                    f"{values[worst]:g} nm, then {values[worst + 1]:g} nm" if len(steps) else "fewer than two"
                 )
+                raise MaterialError(message(fault, where=self.title, got=got, fix="sort them, two or more"))
+            if np.any(np.abs(steps - self.step) > _SAME):
+                fault = f"the {what} wavelengths of a Donaldson matrix are not evenly spaced"
+                worst = int(np.argmax(np.abs(steps - self.step)))
+                got = f"{values[worst]:g} nm, then {values[worst + 1]:g} nm"
+                expected, fix = f"steps of {self.step:g} nm", "resample the measurement to an even step"
+                raise MaterialError(message(fault, where=self.title, got=got, expected=expected, fix=fix))
         offset = (self.emission[0] - self.excitation[0]) / self.step
         if abs(offset - round(offset)) * self.step > _SAME or np.count_nonzero(self._is_diagonal()) < 2:
             fault = "a Donaldson matrix has fewer than two cells of equal emission and excitation wavelength"
@@ -140,8 +146,9 @@ class MeasuredMatrix:
 
         On wavelengths that were measured, with the step that was measured, the cells come back exactly as
         given, noise above the diagonal included. On any other grid D_L is interpolated linearly as a
-        density and only cells strictly below the diagonal are kept. S is interpolated by itself and never
-        scaled. Where nothing was measured, D_L is 0 and S keeps its end value, with a warning.
+        density, on either side of the diagonal by itself. S is interpolated by itself and never scaled.
+        Where nothing was measured, D_L is 0 and S keeps its end value, or less where luminescence leaves
+        no room for it, with a warning.
 
         Parameters
         ----------
@@ -172,26 +179,31 @@ class MeasuredMatrix:
                [0.02, 0.  ]]))
         """
         w = grid.values
-        reflectance = self.reflectance.on(grid, outside="hold")
+        reflectance = self._reflectance_on(grid)
         self._warn_outside(grid)
         rows, columns = _indices(w, self.emission), _indices(w, self.excitation)
-        density = np.zeros((len(w), len(w)))
+        inside = np.outer(_inside(rows, self.emission), _inside(columns, self.excitation))
+        at = rows.clip(0, len(self.emission) - 1), columns.clip(0, len(self.excitation) - 1)
         if (
             abs(grid.step - self.step) < _SAME
             and _on_samples(rows, self.emission)
             and _on_samples(columns, self.excitation)
         ):
-            filled = self.density
-            keep = np.ones_like(density, dtype=bool)
+            density = _bilinear(self.density, *at)
         else:
-            filled = self._filled_density()
-            keep = np.tri(len(w), k=-1, dtype=bool)
-        inside = np.outer(_inside(rows, self.emission), _inside(columns, self.excitation))
-        values = _bilinear(
-            filled, rows.clip(0, len(self.emission) - 1), columns.clip(0, len(self.excitation) - 1)
-        )
-        density[inside & keep] = values[inside & keep]
-        return reflectance, density
+            n = len(w)
+            below, above = (_bilinear(self._filled_density(side), *at) for side in (1, -1))
+            density = np.where(np.tri(n, k=-1), below, np.where(np.tri(n), 0.0, above))
+        return reflectance, np.where(inside, density, 0.0)
+
+    def _reflectance_on(self, grid: Wavelengths) -> Array:
+        """S on a grid; where it was not measured its end value, as far as the luminescence leaves room for it."""
+        S = self.reflectance.on(grid, outside="hold")
+        w, (first, last) = grid.values, self.reflectance.support
+        unknown = (w < first - _SAME) | (w > last + _SAME)
+        lit = photon_yield(self._luminescent_cells(), self.emission, self.excitation)
+        luminescent = np.interp(w, self.excitation, lit, left=0.0, right=0.0)
+        return np.where(unknown & (luminescent > 0), np.minimum(S, np.clip(0.99 - luminescent, 0, 1)), S)
 
     def _warn_outside(self, grid: Wavelengths) -> None:
         first, last = self.reflectance.support
@@ -199,7 +211,7 @@ class MeasuredMatrix:
         gaps = [
             f"{what} measured for {a:g}-{b:g} nm ({assumed} outside)"
             for what, (a, b), assumed in (
-                ("reflectance", (first, last), "end value held"),
+                ("reflectance", (first, last), "end value held, or less where luminescence leaves no room"),
                 ("excitation", excited, "0 assumed"),
                 ("emission", (float(self.emission[0]), float(self.emission[-1])), "0 assumed"),
             )
@@ -209,25 +221,27 @@ class MeasuredMatrix:
             text = f"{self.title}: used on {grid}, beyond its data: {', '.join(gaps)}"
             warnings.warn(text, ExtrapolationWarning, stacklevel=3)
 
-    def _filled_density(self) -> Array:
-        """D_L with values on and just above the diagonal, so that it can be interpolated up to it.
+    def _filled_density(self, side: int) -> Array:
+        """D_L with values on and just beyond the diagonal, so that it can be interpolated up to it from one side.
 
-        D_L is unknown where S stands. It continues there the plane through its three neighbours on the Stokes
-        side, which is exact to first order; a cell just above continues the plane through the three below it.
+        D_L is unknown where S stands. It continues there the plane through its three neighbours below (`side` 1) or
+        above the diagonal (-1), which is exact to first order; a cell just beyond continues the plane through the
+        three before it.
         """
         d = self.density.copy()
-        rows, columns = np.nonzero(self._is_diagonal())
-        last_row = len(self.emission) - 1
-        for i, j in zip(rows, columns, strict=True):
-            below = d[i + 1, j] if i < last_row else None
-            left = d[i, j - 1] if j > 0 else None
-            if below is not None and left is not None:
-                d[i, j] = below + left - d[i + 1, j - 1]
+        last_row, last_column = len(self.emission) - 1, len(self.excitation) - 1
+        cells = list(zip(*np.nonzero(self._is_diagonal()), strict=True))
+        for i, j in cells:
+            below, left = i + side, j - side  # the next row and column on that side
+            has_row, has_column = 0 <= below <= last_row, 0 <= left <= last_column
+            if has_row and has_column:
+                d[i, j] = d[below, j] + d[i, left] - d[below, left]
             else:
-                d[i, j] = below if below is not None else (left if left is not None else 0.0)
-        for i, j in zip(rows, columns, strict=True):
-            if i < last_row and j + 1 < len(self.excitation):
-                d[i, j + 1] = d[i, j] + d[i + 1, j + 1] - d[i + 1, j]
+                d[i, j] = d[below, j] if has_row else (d[i, left] if has_column else 0.0)
+        for i, j in cells:
+            row, column = i + side, j + side
+            if 0 <= row <= last_row and 0 <= column <= last_column:
+                d[i, column] = d[i, j] + d[row, column] - d[row, j]
         return np.asarray(d)
 
 
@@ -286,26 +300,70 @@ def read_donaldson_csv(path: str | Path) -> MeasuredMatrix:
     """
     table = read_table(Path(path), error=MaterialError)
     fix = "write lines such as '# quantity: band' and '# step: 10' above the table"
-    quantity, step_text = table.keys.get("quantity", ""), table.keys.get("step", "")
+    quantity = table.keys.get("quantity", "").lower()
     if quantity not in ("band", "density"):
         fault, got = "a Donaldson file does not say what its cells are", repr(quantity)
         raise MaterialError(message(fault, where=path, got=got, expected="'band' or 'density'", fix=fix))
-    try:
-        excitation = np.array([float(cell) for cell in table.header[1:]])
-        step = float(step_text)
-    except ValueError as err:
-        fault = "a Donaldson file has no readable step or header of excitation wavelengths"
-        raise MaterialError(message(fault, where=path, got=err, fix=fix)) from err
+    step = _stated_step(table, fix)
+    excitation = _header_wavelengths(table)
     emission, cells = table.rows[:, 0], table.rows[:, 1:]
     if len(excitation) != cells.shape[1] or len(excitation) < 2:
-        fault = "the header of a Donaldson file does not name every column"
-        raise MaterialError(message(fault, where=path, got=len(excitation), expected=cells.shape[1]))
-    if abs(np.diff(excitation).mean() - step) > _SAME:
-        fault = "the step of a Donaldson file is not that of its excitation wavelengths"
-        raise MaterialError(
-            message(fault, where=path, got=f"{step:g} nm", expected=f"{np.diff(excitation).mean():g} nm")
+        fault, fix = (
+            "the header of a Donaldson file does not name every column",
+            "name each excitation wavelength",
         )
+        got, expected = f"{len(excitation)} wavelengths", f"{cells.shape[1]}, two or more"
+        raise MaterialError(message(fault, where=path, got=got, expected=expected, fix=fix))
+    _check_rows(table)
+    found = float(np.diff(excitation).mean())
+    if abs(found - step) > _SAME:
+        fault = "the step of a Donaldson file is not that of its excitation wavelengths"
+        fix = "correct the line '# step', or the header"
+        raise MaterialError(message(fault, where=path, got=f"{step:g} nm", expected=f"{found:g} nm", fix=fix))
     if quantity == "density":
         diagonal = np.abs(emission[:, None] - excitation[None, :]) < _SAME
         cells = np.where(diagonal, cells, step * cells)
     return MeasuredMatrix(emission, excitation, cells, Path(path).name)
+
+
+def _stated_step(table: Table, fix: str) -> float:
+    text = table.keys.get("step", "")
+    try:
+        return float(text.removesuffix("nm"))
+    except ValueError as err:
+        fault = "a Donaldson file does not state its step"
+        got, expected = repr(text), "a number of nm, such as '# step: 10'"
+        raise MaterialError(message(fault, where=table.where, got=got, expected=expected, fix=fix)) from err
+
+
+def _header_wavelengths(table: Table) -> Array:
+    found: list[float] = []
+    for place, cell in enumerate(table.header[1:], start=2):
+        try:
+            found.append(float(cell))
+        except ValueError as err:
+            fault = "the header of a Donaldson file holds something that is not a wavelength"
+            where = f"{table.where}, header, cell {place}"
+            raise MaterialError(message(fault, where=where, got=repr(cell), expected="nm")) from err
+        if len(found) > 1 and found[-1] <= found[-2]:
+            fault = "the excitation wavelengths of a Donaldson matrix do not ascend"
+            where, got = f"{table.where}, header, cell {place}", f"{found[-2]:g} nm, then {found[-1]:g} nm"
+            fix = "sort the columns by wavelength and remove duplicates"
+            raise MaterialError(message(fault, where=where, got=got, fix=fix))
+    return np.array(found)
+
+
+def _check_rows(table: Table) -> None:
+    """Name the line and cell of what `MeasuredMatrix` would refuse."""
+    for k, (line, row) in enumerate(zip(table.lines, table.rows, strict=True)):
+        if not np.all(np.isfinite(row)):
+            place = int(np.argmin(np.isfinite(row))) + 1
+            fault = "a Donaldson matrix holds a value that is not a finite number"
+            raise MaterialError(
+                message(fault, where=f"{table.where}, line {line}, cell {place}", got=row[place - 1])
+            )
+        if k and row[0] <= table.rows[k - 1, 0]:
+            fault = "the emission wavelengths of a Donaldson matrix do not ascend"
+            got = f"{table.rows[k - 1, 0]:g} nm, then {row[0]:g} nm"
+            fix = "sort the rows by wavelength and remove duplicates"
+            raise MaterialError(message(fault, where=f"{table.where}, line {line}", got=got, fix=fix))

@@ -33,12 +33,15 @@ class Table:
         The numbers.
     where : str
         The file, for error messages.
+    lines : tuple of int
+        Line of each row in the file.
     """
 
     keys: dict[str, str]
     header: tuple[str, ...]
     rows: NDArray[np.float64]
     where: str
+    lines: tuple[int, ...] = ()
 
 
 def refuse_huge(path: Path, error: type[FluorsparError]) -> None:
@@ -47,8 +50,12 @@ def refuse_huge(path: Path, error: type[FluorsparError]) -> None:
     Raises
     ------
     FluorsparError
-        Of class `error`, if the file is larger than 10 MB. A measured matrix has 25 kB.
+        Of class `error`, if the file is larger than 10 MB, or a directory, device or pipe. A measured matrix
+        has 25 kB.
     """
+    if path.exists() and not path.is_file():
+        fault, fix = "this is not a file that holds data", "name a file"
+        raise error(message(fault, where=path, got="a directory or a device", fix=fix))
     if path.is_file() and (size := path.stat().st_size) > _LARGEST:
         fault, fix = "the file is too large for a table of spectra", "was another file meant?"
         expected = f"at most {_LARGEST:,} bytes"
@@ -103,12 +110,14 @@ def parse_table(text: str, *, where: str, error: type[FluorsparError] = Spectrum
     keys: dict[str, str] = {}
     header: tuple[str, ...] = ()
     rows: list[list[float]] = []
+    lines: list[int] = []
     width = 0
     for number, raw in enumerate(text.splitlines(), start=1):
         line = raw.strip()
         if line.startswith("#"):
             if found := _KEY.match(line):
                 key, value = found[1].lower(), found[2].strip()
+                value = value.rstrip(",; \t")  # what spreadsheets pad a line with
                 keys[key] = f"{keys[key]}\n{value}" if key in keys else value
             continue
         if not line:
@@ -129,9 +138,10 @@ def parse_table(text: str, *, where: str, error: type[FluorsparError] = Spectrum
             raise error(message(fault, where=f"{where}, line {number}", got=len(numbers), expected=width))
         else:
             rows.append([value for value in numbers if value is not None])
+            lines.append(number)
     if not rows:
         raise error(message("the file holds no rows of numbers", where=where))
-    return Table(keys, header, np.array(rows, dtype=np.float64), where)
+    return Table(keys, header, np.array(rows, dtype=np.float64), where, tuple(lines))
 
 
 def _split(line: str) -> list[str]:
