@@ -5,8 +5,8 @@ what good instruments have. Bounds: a rank-1 fit has some 70 free numbers for 70
 root-mean-square error must be well below that of a cell; 0.003 leaves room for smoothing. Where nothing but noise
 limits it, alpha has the standard error of a least-squares fit with beta known, noise / (h sqrt(sum of beta^2 over the
 excitation below)): it grows towards the blue end of the emission, where little excitation is left below; beta likewise.
-Bound: 4 of these, and 15 % of the peak for what smoothing and beta's own error add. Of 400 seeds the worst reaches 0.9 of
-that.
+Bound: 4 of these, and 15 % of the peak for what smoothing and the error of beta add. Of 400 seeds the worst reaches
+0.9 of that.
 """
 
 from __future__ import annotations

@@ -10,11 +10,13 @@ Expected
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fluorspar.errors import ExtrapolationWarning, OptionError, SpectrumError
+from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, OptionError, SpectrumError
 from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
 from fluorspar.spectral.colour import CIE_1931
 from fluorspar.spectral.lamp_colour import (
@@ -232,3 +234,51 @@ def test_negative_light_is_refused() -> None:
 def test_unknown_condition(name: str, hint: str) -> None:
     with pytest.raises(OptionError, match=hint):
         colour_under_condition(SAMPLE, name)
+
+
+LINE = Spectrum(
+    np.arange(300.0, 781.0),
+    np.where(np.arange(300, 781) == 546, 500.0, 0.0) + 1.0,
+    "a tube with a line at 546 nm",
+)
+
+
+def test_a_lamp_with_lines_is_used_as_finely_as_it_is_tabulated() -> None:
+    """A line at 546 nm lies between the samples of a 5 nm grid: the default grid follows the lamp, another one warns."""
+    paint = material("poster-red")
+    found = colour_under_lamp(paint, LINE)
+    assert found.grid.step == 1
+    written_out = colour_under_lamp(paint, LINE, wavelengths=Wavelengths(300, 780, 1))
+    assert found.lab == pytest.approx(written_out.lab)
+    with pytest.warns(
+        ApproximationWarning, match=r"tabulated every 1 nm, used every 5 nm: \d+ % .*300:780:1"
+    ):
+        coarse = colour_under_lamp(paint, LINE, wavelengths=Wavelengths(300, 780, 5))
+    assert np.abs(coarse.lab - found.lab).max() > 10
+
+
+def test_a_smooth_lamp_of_a_fine_table_is_no_reason_for_a_warning() -> None:
+    fine = np.arange(300.0, 781.0)
+    smooth = Spectrum(fine, 1 + 0.5 * np.sin(fine / 60), "smooth")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        colour_under_lamp(material("poster-red"), smooth, wavelengths=Wavelengths(300, 780, 5))
+
+
+def test_whiteness_says_that_it_is_meant_for_d65() -> None:
+    white = material("white-85")
+    assert not any("D65" in text for text in colour_under_lamp(white, "D65").whiteness.outside)
+    for other in (colour_under_lamp(white, "A"), colour_under_condition(white, "M1")):
+        assert "meant for D65" in other.whiteness.outside[-1]
+
+
+def test_a_black_sample_has_no_whiteness() -> None:
+    black = colour_under_lamp(Material("black", Spectrum.constant(0.0)), "D65").whiteness
+    assert not black.valid
+    assert black.outside == ("a black sample has none",)
+
+
+def test_light_of_which_a_cone_sees_nothing_has_no_colour() -> None:
+    """Above 770 nm the 2 degree observer has no Z: CIELAB would be nan."""
+    with pytest.raises(SpectrumError, match="no colour can be named"):
+        colour_under_lamp(material("poster-red"), "D65", uv_cut=770)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import ExtrapolationWarning, OptionError, SpectrumError, message
+from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, OptionError, SpectrumError, message
 from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
 from fluorspar.spectral.colour import CIE_1931, SRGB_FROM_XYZ, lab_from_xyz, observer_weights, srgb_from_xyz
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.material import Material
 from fluorspar.spectral.measurement_conditions import measurement_condition
-from fluorspar.spectral.spectrum import Spectrum
+from fluorspar.spectral.spectrum import Spectrum, trapezoid
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.spectral.whiteness import Whiteness, cie_whiteness
 
@@ -24,6 +25,10 @@ Array = NDArray[np.float64]
 
 WIDE = Wavelengths(300, 780, 5)
 """The grid of colours under lamps: it holds the ultraviolet that excites brighteners."""
+
+
+_SAME_WHITE = 0.01  # in x, y: a lamp that simulates D65 may be that far off
+_MOST_MISSED = 0.02  # of the light of a lamp, between the wavelengths of the grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +130,15 @@ class LampColour:
 
     @property
     def whiteness(self) -> Whiteness:
-        """CIE whiteness and tint; see `cie_whiteness`. They are meant for D65."""
-        return cie_whiteness(self.xyz, self.white, self.observer)
+        """CIE whiteness and tint; see `cie_whiteness`. They are meant for D65, and not valid in another white."""
+        found = cie_whiteness(self.xyz, self.white, self.observer)
+        daylight = illuminant("D65").on(self.grid, outside="zero") @ observer_weights(
+            self.grid, self.observer
+        )
+        x, y = self.white[:2] / self.white.sum() - daylight[:2] / daylight.sum()
+        if math.hypot(x, y) < _SAME_WHITE:
+            return found
+        return replace(found, outside=(*found.outside, "it is meant for D65, which this light is not"))
 
     def _factor(self, radiance: Array) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -149,7 +161,7 @@ def colour_under_lamp(
     *,
     uv_cut: float | None = None,
     observer: str = CIE_1931,
-    wavelengths: Wavelengths = WIDE,
+    wavelengths: Wavelengths | None = None,
 ) -> LampColour:
     """Return the colour of a material under a lamp.
 
@@ -167,7 +179,8 @@ def colour_under_lamp(
     observer
         Name of the colour matching functions.
     wavelengths
-        The grid; the light of all its wavelengths excites.
+        The grid; the light of all its wavelengths excites. 300-780 nm by 5 by default, or as fine as the lamp is
+        tabulated, down to 1 nm.
 
     Returns
     -------
@@ -186,6 +199,8 @@ def colour_under_lamp(
     -----
     ExtrapolationWarning
         If the data of the lamp or of the material end within the grid.
+    ApproximationWarning
+        If the lamp has lines between the wavelengths of the grid.
 
     Examples
     --------
@@ -198,8 +213,9 @@ def colour_under_lamp(
     >>> bool(with_uv.lab[2] < without.lab[2])  # a brightener takes away yellow
     True
     """
-    light, words = lamp_on(lamp, wavelengths, uv_cut)
-    return _shown(material, light, None, words, wavelengths, observer)
+    grid = wavelengths or _finest(lamp)
+    light, words = lamp_on(lamp, grid, uv_cut)
+    return _shown(material, light, None, words, grid, observer)
 
 
 def colour_under_condition(
@@ -280,6 +296,8 @@ def lamp_on(lamp: str | Spectrum, grid: Wavelengths, uv_cut: float | None = None
     -----
     ExtrapolationWarning
         If the data of the lamp end within the grid.
+    ApproximationWarning
+        If the lamp has lines between the wavelengths of the grid.
 
     Examples
     --------
@@ -288,6 +306,7 @@ def lamp_on(lamp: str | Spectrum, grid: Wavelengths, uv_cut: float | None = None
     """
     spectrum = illuminant(lamp) if isinstance(lamp, str) else lamp
     light = spectrum.on(grid, outside="zero")
+    _warn_of_lines(spectrum, grid, light)
     if light.min() < 0:
         at = grid.values[light.argmin()]
         where = f"{spectrum.title}, {at:g} nm"
@@ -312,12 +331,44 @@ def lamp_on(lamp: str | Spectrum, grid: Wavelengths, uv_cut: float | None = None
     return light, words
 
 
+def _warn_of_lines(spectrum: Spectrum, grid: Wavelengths, light: Array) -> None:
+    """Say so where the wavelengths of a grid miss what a lamp gives in between: lines."""
+    if spectrum.is_constant or len(grid) < 3:
+        return
+    fine = np.unique(np.concatenate([grid.values, spectrum.wavelengths]))
+    fine = fine[(fine >= grid.start) & (fine <= grid.stop)]
+    exact = np.interp(fine, spectrum.wavelengths, spectrum.values, left=0.0, right=0.0)
+    missed = trapezoid(np.abs(exact - np.interp(fine, grid.values, light)), fine)
+    share = missed / max(trapezoid(np.abs(exact), fine), 1e-300)
+    if share > _MOST_MISSED:
+        step = float(np.diff(spectrum.wavelengths).min())
+        text = (
+            f"{spectrum.title}: tabulated every {step:g} nm, used every {grid.step:g} nm: {100 * share:.0f} % of its "
+            f"light lies between; use a grid such as {grid.start:g}:{grid.stop:g}:{max(step, 1):g} (--wavelengths)"
+        )
+        warnings.warn(text, ApproximationWarning, stacklevel=3)
+
+
+def _finest(lamp: str | Spectrum) -> Wavelengths:
+    """The default grid: 300-780 nm by 5, or as fine as the lamp is tabulated, down to 1 nm."""
+    spectrum = illuminant(lamp) if isinstance(lamp, str) else lamp
+    steps = np.diff(spectrum.wavelengths)
+    step = WIDE.step if spectrum.is_constant else min(WIDE.step, max(1.0, float(np.median(steps))))
+    count = math.ceil((WIDE.stop - WIDE.start) / step - 1e-6)
+    return Wavelengths(WIDE.start, WIDE.start + count * step, step)
+
+
 def _shown(
     material: Material, light: Array, viewed_in: Array | None, lamp: str, grid: Wavelengths, observer: str
 ) -> LampColour:
     D = material.on(grid)
-    weights = observer_weights(grid, observer)[:, 1]
-    if not light @ weights > 0:
+    if not np.all(light @ observer_weights(grid, observer) > 0):
         fault = "nobody sees this light, so no colour can be named relative to its white"
-        raise SpectrumError(message(fault, where=lamp, expected="some light between 380 and 780 nm"))
+        raise SpectrumError(
+            message(
+                fault,
+                where=lamp,
+                expected="light of short, medium and long wavelengths between 380 and 780 nm",
+            )
+        )
     return LampColour(grid, lamp, light, D.reflect(light), D.apply_luminescent(light), viewed_in, observer)

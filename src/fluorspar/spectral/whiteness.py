@@ -68,6 +68,10 @@ def cie_whiteness(xyz: ArrayLike, white: ArrayLike, observer: str = CIE_1964) ->
     OptionError
         If the observer is another.
 
+    Notes
+    -----
+    A black sample has neither: both are NaN.
+
     References
     ----------
     CIE 15:2004, section 9; ISO 11475.
@@ -85,6 +89,8 @@ def cie_whiteness(xyz: ArrayLike, white: ArrayLike, observer: str = CIE_1964) ->
         fault, expected = "CIE whiteness is not defined for this observer", " or ".join(map(repr, _TINT))
         raise OptionError(message(fault, got=repr(observer), expected=expected))
     sample, reference = np.asarray(xyz, dtype=np.float64), np.asarray(white, dtype=np.float64)
+    if not sample.sum() > 0:
+        return Whiteness(float("nan"), float("nan"), ("a black sample has none",))
     sample = 100 * sample / reference[1]
     reference = 100 * reference / reference[1]
     dx, dy = (reference / reference.sum() - sample / sample.sum())[:2]
