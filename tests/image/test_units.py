@@ -85,7 +85,16 @@ def test_luminance_of_reflectance_is_none_in_cd_m2(image):
     assert "cd/m2" not in repr(image)
 
 
-def test_another_factor_is_another_unit():
-    assert same_unit("W.m^-2.sr^-1.nm^-1", "W m-2 nm-1 sr-1")
-    assert not same_unit("W.m^-2.sr^-1", "W m-2 sr-1 nm-1")
-    assert not same_unit("mW m-2 sr-1 nm-1", "W m-2 sr-1 nm-1")
+@pytest.mark.parametrize(
+    "text",
+    ["W.m^-2.sr^-1.nm^-1", "W m-2 nm-1 sr-1", "W m**-2 sr**-1 nm**-1", "W/(m² sr nm)", "W·m⁻²·sr⁻¹·nm⁻¹"],
+)
+def test_spellings_of_one_unit(text):
+    assert same_unit(text, "W m-2 sr-1 nm-1")
+
+
+@pytest.mark.parametrize(
+    "text", ["W.m^-2.sr^-1", "mW m-2 sr-1 nm-1", "W m-2 sr-1 um-1", "W/m/m/sr/nm", "1", ""]
+)
+def test_other_units(text):
+    assert not same_unit(text, "W m-2 sr-1 nm-1")

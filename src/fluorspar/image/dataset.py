@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ImageError, SpectrumError, message
 from fluorspar.image.components import COMPONENTS, TOTAL
-from fluorspar.image.units import NOT_STATED, quantity_of, unit_of
+from fluorspar.image.units import NOT_STATED, UNITS, quantity_of, unit_of
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DIMS",
+    "UNITS",
     "VARIABLES",
     "WAVELENGTH_ATTRS",
     "add_up",

@@ -20,6 +20,7 @@ __all__ = [
     "NOT_STATED",
     "UNITS",
     "is_radiance",
+    "powers_of",
     "quantity_of",
     "same_unit",
     "stated",
@@ -32,6 +33,7 @@ UNITS = "W m-2 sr-1 nm-1"
 NOT_STATED = "not stated"
 """What the attribute `unit` is if a file names none."""
 
+_SUPERSCRIPTS = str.maketrans("⁻−⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
 _NM = {
     1.0: "nm nanometer nanometers nanometre nanometres",
     1e3: "um µm μm micron microns micrometer micrometers micrometre micrometres",
@@ -70,18 +72,35 @@ def is_radiance(attrs: Mapping[str, Any]) -> bool:
 
 
 def same_unit(a: str, b: str) -> bool:
-    """Whether two texts are one unit; products of powers may be spelt in several ways.
+    """Whether two texts are one unit; products and quotients of powers may be spelt in several ways.
 
     Examples
     --------
-    >>> same_unit("W.m^-2.sr^-1.nm^-1", UNITS), same_unit("mW m-2 sr-1 nm-1", UNITS)
-    (True, False)
+    >>> same_unit("W.m^-2.sr^-1.nm^-1", UNITS), same_unit("W/(m2 sr nm)", UNITS), same_unit("mW m-2 sr-1 nm-1", UNITS)
+    (True, True, False)
     """
-    return _factors(a) == _factors(b)
+    powers = powers_of(a)
+    return a == b or (powers is not None and powers == powers_of(b))
 
 
-def _factors(unit: str) -> list[str]:
-    return sorted(re.split(r"[\s.*·]+", unit.replace("**", "").replace("^", "").strip()))
+def powers_of(unit: str) -> dict[str, int] | None:
+    """The powers of the base units in a unit, None if the text is not a product of them.
+
+    Examples
+    --------
+    >>> powers_of("W.m^-2.sr^-1"), powers_of("W/m2/sr"), powers_of("not stated, sorry")
+    ({'W': 1, 'm': -2, 'sr': -1}, {'W': 1, 'm': -2, 'sr': -1}, None)
+    """
+    above, *below = unit.translate(_SUPERSCRIPTS).replace("^", "").replace("**", "").split("/")
+    powers: dict[str, int] = {}
+    for text, sign in ((above, 1), (" ".join(below), -1)):
+        for factor in re.split(r"[\s.·*()]+", text.strip(" ()")):
+            found = re.fullmatch(r"([A-Za-zµμ]+)(-?\d+)?", factor)
+            if factor and (found is None or found[1] in powers):
+                return None
+            if found:
+                powers[found[1]] = sign * int(found[2] or 1)
+    return powers
 
 
 def stated(unit: str, quantity: str = "radiance") -> dict[str, str]:
