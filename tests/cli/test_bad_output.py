@@ -11,8 +11,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from command_line import GOOD, OLD, QUICK, CommandLine
+
+from fluorspar import SpectralImage, Wavelengths
 
 resource = pytest.importorskip("resource", reason="limits on file sizes are set as POSIX has them")
 
@@ -88,6 +91,54 @@ def test_folder_in_which_nobody_can_write(fluorspar: CommandLine, suffix: str) -
     assert done.says("error: ", "where: /proc", "fix: ")
     assert "Traceback" not in done.err
     assert fluorspar.files() == before
+
+
+class TestOutputIsInput:
+    """A file that is read is never one that is written, by whatever name."""
+
+    @pytest.fixture
+    def files(self, fluorspar: CommandLine) -> CommandLine:
+        image = SpectralImage.from_arrays(np.ones((7, 4, 6, 16)), Wavelengths(400, 700, 20))
+        image.save("a.nc")
+        fluorspar.write("points.csv", "point,x,y\n1,2,3\n")
+        rows = ["# quantity: band", "# step: 100", "nm,400,500", "400,0.4,0", "500,0.3,0.6"]
+        fluorspar.write("sheet.csv", "\n".join(rows))
+        (fluorspar.folder / "lib").mkdir()
+        material = "# fluorspar-material: 1\nwavelength,reflectance\n300,0.5\n780,0.5\n"
+        for name in ("mine.csv", "lib/other.csv"):
+            fluorspar.write(name, material)
+        fluorspar.write("lamp.csv", "wavelength,value\n300,1\n780,1\n")
+        (fluorspar.folder / "link.csv").symlink_to("mine.csv")
+        fluorspar.write("scene.nc", GOOD)
+        return fluorspar
+
+    @pytest.mark.parametrize(
+        ("command", "target"),
+        [
+            (("measure", "a.nc", "points.csv", "--aperture", "1px"), "points.csv"),
+            (("measure", "a.nc", "points.csv", "--aperture", "1px"), "lib/../points.csv"),
+            (("materials", "fit", "sheet.csv"), "sheet.csv"),
+            (("materials", "colour", "mine.csv"), "mine.csv"),
+            (("materials", "colour", "mine.csv"), "link.csv"),
+            (("materials", "colour", "gray-45:0.5,mine.csv:0.5"), "mine.csv"),
+            (("materials", "colour", "other", "--library", "lib"), "lib/other.csv"),
+            (("materials", "colour", "mine.csv", "--illuminant", "lamp.csv"), "lamp.csv"),
+            (("render", "scene.nc", *QUICK), "scene.nc"),
+        ],
+    )
+    def test_is_refused(self, files: CommandLine, command: tuple[str, ...], target: str) -> None:
+        before = files.files()
+        done = files(*command, "-o", target)
+        assert done.code == 2
+        assert done.says(
+            "error: the file to write is one that is read", f"got: {target}", "fix: name another"
+        )
+        assert files.files() == before
+
+    def test_another_file_is_written(self, files: CommandLine) -> None:
+        """Over an older one too."""
+        assert files("materials", "colour", "mine.csv", "-o", "lamp.csv").code == 0
+        assert files("measure", "a.nc", "points.csv", "--aperture", "1px", "-o", "sheet.csv").code == 0
 
 
 class TestFullDisk:

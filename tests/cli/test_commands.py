@@ -221,6 +221,26 @@ def test_help_shows_an_example(fluorspar: CommandLine, command: tuple[str, ...])
     assert re.search(rf"^ *(Example: +)?fluorspar {' '.join(command)}", done.out, re.MULTILINE)
 
 
+def test_a_fault_of_our_own_has_an_exit_code_of_its_own(
+    fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not 1, which `compare --fail-above` gives beyond a limit; with the traceback, for the report."""
+
+    def broken(*arguments: object, **options: object) -> None:
+        raise ZeroDivisionError("nobody thought of this")
+
+    monkeypatch.setattr("fluorspar.measure.compare.compare", broken)
+    done = fluorspar("compare", "old.nc", "old.nc", "--fail-above", "rmse=1")
+    assert done.code == 70
+    assert done.says("Traceback", "in broken", "nobody thought of this", "error: a fault of Fluorspar itself")
+
+
+def test_help_lists_the_exit_codes(fluorspar: CommandLine) -> None:
+    said = " ".join(fluorspar("--help").out.split())
+    for code in ("0 done", "1 a limit", "2 something to be mended", "70 a fault", "130 interrupted"):
+        assert code in said
+
+
 def test_version(fluorspar: CommandLine) -> None:
     done = fluorspar("--version")
     assert (done.code, done.out.strip()) == (0, f"fluorspar {package.__version__}")

@@ -8,6 +8,7 @@ import pytest
 from fluorspar.errors import ApproximationWarning, ImageError
 from fluorspar.image.components import TOTAL
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.spectral.wavelengths import Wavelengths
 
 envi = pytest.importorskip("spectral.io.envi")
 
@@ -40,6 +41,36 @@ class TestOurs:
         assert read.components == (TOTAL,)
         assert read.wavelengths == image.wavelengths
         np.testing.assert_array_equal(read.total(), image.total())
+
+    def test_the_bandwidth_is_the_fwhm_of_the_header(self, image, tmp_path):
+        image.dataset.attrs["bandwidth_nm"] = 7.5
+        image.save(tmp_path / "a.hdr")
+        assert [float(width) for width in envi.open(str(tmp_path / "a.hdr")).metadata["fwhm"]] == [7.5] * 69
+        assert SpectralImage.open(tmp_path / "a.hdr").attrs["bandwidth_nm"] == 7.5
+
+    def test_a_file_that_is_no_part_of_it_is_not_replaced(self, image, tmp_path):
+        (tmp_path / "keep.img").write_bytes(b"precious")
+        with pytest.raises(ImageError, match=r"(?s)would replace.*keep\.hdr.*keep\.img"):
+            image.save(tmp_path / "keep.hdr")
+        assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"keep.img": b"precious"}
+
+    def test_the_data_of_a_header_named_as_gdal_names_them_are_not_replaced(self, image, tmp_path):
+        write(tmp_path / "scene.hdr")
+        (tmp_path / "scene.hdr").rename(tmp_path / "scene.img.hdr")
+        read = SpectralImage.open(tmp_path / "scene.img.hdr")
+        with pytest.raises(ImageError, match="would replace"):
+            read.save(tmp_path / "scene.hdr")
+        np.testing.assert_array_equal(SpectralImage.open(tmp_path / "scene.img.hdr").total(), CUBE)
+
+    def test_an_older_one_is_replaced(self, image, tmp_path):
+        write(tmp_path / "a.hdr")
+        image.save(tmp_path / "a.hdr")
+        np.testing.assert_array_equal(SpectralImage.open(tmp_path / "a.hdr").total(), image.total())
+
+    def test_a_stray_file_without_suffix_is_not_taken_for_the_data(self, image, tmp_path):
+        image.save(tmp_path / "a.hdr")
+        (tmp_path / "a").write_bytes(bytes(4 * image.total().size))
+        np.testing.assert_array_equal(SpectralImage.open(tmp_path / "a.hdr").total(), image.total())
 
     # the spectral package leaves its file open then
     @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
@@ -92,8 +123,83 @@ class TestOthers:
         with pytest.warns(ApproximationWarning, match="not evenly spaced"):
             SpectralImage.open(tmp_path / "a.hdr")
 
+    @pytest.mark.parametrize("suffix", ["", ".dat", ".IMG", ".bsq"])
+    def test_data_of_any_usual_name(self, tmp_path, suffix):
+        write(tmp_path / "a.hdr")
+        (tmp_path / "a.img").rename(tmp_path / f"a{suffix}")
+        np.testing.assert_array_equal(
+            np.sort(SpectralImage.open(tmp_path / "a.hdr").total().values.ravel()), np.sort(CUBE.ravel())
+        )
+
+    def test_bad_bands_are_interpolated_and_cut_off_at_the_ends(self, tmp_path):
+        cube = np.broadcast_to(np.array(AT, np.float32), (2, 3, 6)).copy()
+        cube[..., [0, 2]] = -1e4
+        write(tmp_path / "a.hdr", cube, bbl=[0, 1, 0, 1, 1, 1])
+        with pytest.warns(ApproximationWarning, match=r"bad bands \(bbl\) at 400, 440 nm"):
+            image = SpectralImage.open(tmp_path / "a.hdr")
+        assert image.wavelengths == Wavelengths(420, 500, 20)
+        np.testing.assert_allclose(image.total()[0, 0], AT[1:])
+
+    def test_a_list_without_bad_bands_changes_nothing(self, tmp_path):
+        write(tmp_path / "a.hdr", bbl=[1] * 6)
+        np.testing.assert_array_equal(SpectralImage.open(tmp_path / "a.hdr").total(), CUBE)
+
+    def test_widths_of_bands(self, tmp_path):
+        write(tmp_path / "a.hdr", fwhm=[20.0] * 6)
+        assert SpectralImage.open(tmp_path / "a.hdr").attrs["bandwidth_nm"] == 20
+        micrometres = {"wavelength": [at / 1000 for at in AT], "wavelength units": "Micrometers"}
+        write(tmp_path / "b.hdr", fwhm=[0.02] * 6, **micrometres)
+        assert SpectralImage.open(tmp_path / "b.hdr").attrs["bandwidth_nm"] == pytest.approx(20)
+
+    def test_widths_that_differ_are_averaged_and_said(self, tmp_path):
+        write(tmp_path / "a.hdr", fwhm=[10, 10, 10, 20, 20, 20])
+        with pytest.warns(ApproximationWarning, match="10 to 20 nm wide; their mean, 15 nm"):
+            image = SpectralImage.open(tmp_path / "a.hdr")
+        assert image.attrs["bandwidth_nm"] == 15
+
+    def test_a_reflectance_scale_factor_says_that_it_is_reflectance(self, tmp_path):
+        write(tmp_path / "a.hdr", **{"reflectance scale factor": 10000})
+        assert SpectralImage.open(tmp_path / "a.hdr").attrs["quantity"] == "reflectance"
+
 
 class TestFaults:
+    def test_complex_numbers(self, tmp_path):
+        metadata = {"wavelength": AT, "wavelength units": "nm"}
+        envi.save_image(
+            str(tmp_path / "a.hdr"), CUBE.astype(np.complex64), dtype=np.complex64, metadata=metadata
+        )
+        with pytest.raises(ImageError, match=r"(?s)complex numbers.*a\.hdr"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+    def test_one_band(self, tmp_path):
+        write(tmp_path / "a.hdr", CUBE[..., :1], wavelength=[550])
+        with pytest.raises(ImageError, match=r"(?s)only one wavelength.*a\.hdr.*550 nm.*at least two"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+    def test_one_wavelength_twice(self, tmp_path):
+        write(tmp_path / "a.hdr", wavelength=[400, 420, 420, 460, 480, 500])
+        with pytest.raises(ImageError, match="420 nm occurs twice"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+    def test_a_spectral_library(self, tmp_path):
+        library = envi.SpectralLibrary(CUBE[0], {"wavelength": AT, "wavelength units": "nm"})
+        library.save(str(tmp_path / "a"))
+        with pytest.raises(ImageError, match=r"(?s)spectral library, not an image.*a\.hdr.*5 spectra"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+    @pytest.mark.parametrize(
+        ("bbl", "said"),
+        [
+            ([1, 1, 0], "3 numbers in 'bbl'"),
+            ([0, 0, 0, 0, 0, 1], "fewer than two"),
+            (["x"] * 6, "not readable"),
+        ],
+    )
+    def test_a_list_of_bad_bands_that_does_not_fit(self, tmp_path, bbl, said):
+        write(tmp_path / "a.hdr", bbl=bbl)
+        with pytest.raises(ImageError, match=said):
+            SpectralImage.open(tmp_path / "a.hdr")
+
     def test_missing(self, tmp_path):
         with pytest.raises(ImageError, match="does not exist"):
             SpectralImage.open(tmp_path / "a.hdr")

@@ -117,6 +117,31 @@ class TestOtherWriters:
             image = SpectralImage.open(tmp_path / "a.exr")
         assert not image.total().any()
 
+    @pytest.mark.parametrize("order", [("T", "S0"), ("S0", "T")])
+    def test_light_comes_before_reflectance_in_whatever_part(self, tmp_path, order):
+        parts = [
+            OpenEXR.Part(
+                {}, {f"{kind}.{at}nm": np.full((2, 2), len(kind), np.float32) for at in (400, 500)}, kind
+            )
+            for kind in order
+        ]
+        with OpenEXR.File(parts) as file:
+            file.write(str(tmp_path / "a.exr"))
+        with pytest.warns(ApproximationWarning, match="not read: part 'T'"):
+            image = SpectralImage.open(tmp_path / "a.exr")
+        assert (image.total() == 2).all()
+
+    def test_a_second_part_is_left_out_and_said(self, tmp_path):
+        parts = [
+            OpenEXR.Part({}, {f"S0.{at}nm": np.full((2, 2), level, np.float32) for at in (400, 500)}, name)
+            for level, name in enumerate(("left", "right"))
+        ]
+        with OpenEXR.File(parts) as file:
+            file.write(str(tmp_path / "a.exr"))
+        with pytest.warns(ApproximationWarning, match="not read: part 'right'"):
+            image = SpectralImage.open(tmp_path / "a.exr")
+        assert not image.total().any()
+
     def test_uneven_wavelengths_are_interpolated_and_said(self, tmp_path):
         channels = {f"S0.{at}nm": np.full((2, 2), at, np.float32) for at in (400, 430, 500, 550)}
         write(tmp_path / "a.exr", channels)

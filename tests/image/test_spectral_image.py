@@ -10,7 +10,10 @@ from fluorspar.errors import ImageError, OptionError
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE
 from fluorspar.image.dataset import decoded_attrs, plain_attrs
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.spectral.colour import observer_weights
+from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
+from fluorspar.spectral.whiteness import CIE_1964
 
 
 class TestSums:
@@ -149,6 +152,33 @@ class TestColour:
     def test_a_black_image_is_black(self, image):
         image.dataset["radiance"][...] = 0
         assert image.srgb().max() == 0
+
+    def test_the_observer_of_10_degrees(self, image):
+        """Luminance is that of CIE 1931 whoever looks; the weights of both observers differ."""
+        wide = image.xyz(observer=CIE_1964)
+        expected = image.total().values.astype(float) @ observer_weights(image.wavelengths, CIE_1964)
+        np.testing.assert_allclose(wide, expected, rtol=1e-5)
+        assert not np.allclose(wide, image.xyz(), rtol=0.01)
+        assert (image.xyz().attrs["units"], wide.attrs["units"]) == ("cd m-2", "relative")
+        assert "CIE 1964" in wide.attrs["long_name"]
+
+    def test_an_unknown_observer_is_an_error(self, image):
+        with pytest.raises(OptionError, match="no such observer"):
+            image.xyz(observer="CIE 2100")
+
+    @pytest.mark.parametrize("white", ["A", [109.85, 100.0, 35.58]])
+    def test_a_white_that_the_eye_is_adapted_to_is_shown_as_white(self, make_image, white):
+        image = make_image(height=2, width=2, grid=Wavelengths(360, 780, 5))
+        image.dataset["radiance"][...] = 0
+        image.dataset["radiance"][1] = illuminant("A").on(image.wavelengths)
+        plain, adapted = image.srgb(), image.srgb(white=white)
+        assert float(np.ptp(plain.values[0, 0])) > 0.3
+        np.testing.assert_allclose(adapted[0, 0], 1, atol=3e-3)
+
+    @pytest.mark.parametrize("white", [[1, 0, 1], [1, 1], [1, np.nan, 1]])
+    def test_an_impossible_white_is_an_error(self, image, white):
+        with pytest.raises(OptionError, match="a white is impossible"):
+            image.srgb(white=white)
 
     @pytest.mark.parametrize("exposure", [0, -1, np.nan, np.inf])
     def test_an_impossible_exposure_is_an_error(self, image, exposure):

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
+from fluorspar.cli.options import white_of
 
 __all__ = ["convert"]
 
@@ -17,7 +18,9 @@ _EXAMPLES = """Examples:
 
   fluorspar convert pbrt.exr pbrt.nc --wavelengths 400:700:10
 
-  fluorspar convert box.nc luminescence.hdr --component luminescent"""
+  fluorspar convert box.nc luminescence.hdr --component luminescent
+
+  fluorspar convert box.nc box.png --white A"""
 
 
 def convert(
@@ -33,12 +36,23 @@ def convert(
     ] = None,
     bandwidth: Annotated[
         float,
-        typer.Option(help="With --wavelengths: FWHM in nm of triangular bands; 0: linear interpolation."),
+        typer.Option(
+            help="FWHM in nm of triangular bands, at least that of the image; 0: as they are, interpolated linearly."
+        ),
     ] = 0.0,
+    white: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|X,Y,Z", help="Of a .png: the white that the eye is adapted to (Bradford)."
+        ),
+    ] = None,
 ) -> None:
     """Convert a spectral image."""
     from fluorspar.cli.measuring import check_files
     from fluorspar.errors import OptionError, message
+    from fluorspar.image.atomic import check_not_input
+    from fluorspar.image.envi import data_file
+    from fluorspar.image.picture import write_png
     from fluorspar.image.spectral_image import SpectralImage
     from fluorspar.measure.converted import converted
     from fluorspar.spectral.wavelengths import Wavelengths
@@ -46,15 +60,20 @@ def convert(
     check_files([target], (".nc", ".exr", ".hdr", ".png"))
     if component is not None and total:
         raise OptionError(message("--component and --total exclude each other"))
-    if target.exists() and source.exists() and target.samefile(source):
-        raise OptionError(
-            message("an image cannot be converted onto itself", got=target, fix="name another file")
-        )
+    kind = target.suffix.lower()
+    if white is not None and kind != ".png":
+        raise OptionError(message("only a picture is adapted to a white", where="--white", got=target))
+    sources = (source, data_file(source) if source.suffix.lower() == ".hdr" else None)
+    for written in (target, target.with_suffix(".img")) if kind == ".hdr" else (target,):
+        check_not_input(written, *sources, fault="an image cannot be converted onto itself")
     grid = Wavelengths.parse(wavelengths) if wavelengths else None
     with SpectralImage.open(source) as image, console.err.status(f"writing {target}"):
         result = converted(image, "total" if total else component, grid, bandwidth)
-        result.save(target)
-        if target.suffix.lower() == ".hdr" and len(result.components) > 1:
+        if kind == ".png":
+            write_png(result, target, white=None if white is None else white_of(white))
+        else:
+            result.save(target)
+        if kind == ".hdr" and len(result.components) > 1:
             console.warning("an ENVI file holds one quantity: the total was written (see --component)")
     console.out.print(f"wrote {target}", markup=False, highlight=False)
 

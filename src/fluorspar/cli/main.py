@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
+import traceback
 import warnings
 from typing import Annotated, TextIO
 
@@ -24,12 +25,15 @@ from fluorspar.errors import FluorsparError, FluorsparWarning
 __all__ = ["app", "main"]
 
 USER_ERROR = 2
+OWN_FAULT = 70  # EX_SOFTWARE of sysexits.h: not 1, which says that a limit of `compare` is exceeded
 INTERRUPTED = 130
 
 app = typer.Typer(
     name="fluorspar",
     help="Spectral images of scenes with fluorescent objects.\n\n"
-    "Example:  fluorspar render cornell-box -o box.nc -o box.png",
+    "Example:  fluorspar render cornell-box -o box.nc -o box.png\n\n"
+    "Exit codes: 0 done; 1 a limit of 'compare --fail-above' is exceeded; 2 something to be mended by you; "
+    "70 a fault of Fluorspar itself; 130 interrupted.",
     no_args_is_help=True,
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -64,7 +68,10 @@ def _options(
 
 
 def main() -> None:
-    """Run the command line; errors a user can mend end with a message and exit code 2."""
+    """Run the command line.
+
+    Errors that a user can mend end with a message and exit code 2, others with a traceback and 70.
+    """
     warnings.simplefilter("always", FluorsparWarning)
     warnings.showwarning = _Shown()
     try:
@@ -75,6 +82,10 @@ def main() -> None:
     except KeyboardInterrupt:
         console.error("interrupted")
         sys.exit(INTERRUPTED)
+    except Exception:
+        traceback.print_exc()
+        console.error("a fault of Fluorspar itself; please report it with the lines above")
+        sys.exit(OWN_FAULT)
 
 
 class _Shown:

@@ -50,6 +50,7 @@ def measure(
     from rich.table import Table
 
     from fluorspar.cli.measuring import aperture_of, check_files, scene_named
+    from fluorspar.image.atomic import check_not_input
     from fluorspar.image.spectral_image import SpectralImage
     from fluorspar.measure.figures import spectra_figure, write_figure
     from fluorspar.measure.point_spectra import write_point_spectra
@@ -58,6 +59,8 @@ def measure(
     from fluorspar.measure.spectroradiometer import normalised
 
     check_files(output or [], (".csv", ".png"))
+    for path in output or []:
+        check_not_input(path, image, points, scene)
     known = read_points(points)
     with SpectralImage.open(image) as opened:
         measured = measure_spectra(

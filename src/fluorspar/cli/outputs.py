@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fluorspar.cli import console
 from fluorspar.errors import OptionError, message
-from fluorspar.image.atomic import check_target
+from fluorspar.image.atomic import check_not_input, check_target
 from fluorspar.image.spectral_image import SpectralImage
 
 __all__ = ["check_outputs", "stream_target", "write_outputs"]
@@ -15,13 +15,15 @@ __all__ = ["check_outputs", "stream_target", "write_outputs"]
 _FORMATS = (".nc", ".exr", ".png")
 
 
-def check_outputs(outputs: Sequence[Path], pictures: Path | None) -> None:
+def check_outputs(
+    outputs: Sequence[Path], pictures: Path | None, inputs: Sequence[str | Path | None] = ()
+) -> None:
     """Find out before rendering whether the files can be written.
 
     Raises
     ------
     OptionError
-        If a suffix is none of the formats, or a file is named twice.
+        If a suffix is none of the formats, a file is named twice, or is one that is read.
     ImageError
         If a folder does not exist or may not be written to.
     """
@@ -37,6 +39,7 @@ def check_outputs(outputs: Sequence[Path], pictures: Path | None) -> None:
                 )
             )
         check_target(path)
+        check_not_input(path, *inputs)
     if len({path.resolve() for path in outputs}) < len(outputs):
         raise OptionError(
             message(

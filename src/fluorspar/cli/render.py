@@ -140,7 +140,7 @@ def render(
         keep_intermediate=keep_intermediate,
         repeats=repeats,
     )
-    check_outputs(output, pictures)
+    check_outputs(output, pictures, (scene, mesh))
     loaded = load_scene(
         scene,
         materials=pairs(material or [], "--material"),

@@ -8,10 +8,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from fluorspar.errors import OptionError, message
 from fluorspar.image.dataset import add_up, grid_of, row_blocks
-from fluorspar.spectral.colour import srgb_from_xyz, xyz_from_radiance
+from fluorspar.image.units import is_radiance
+from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
+from fluorspar.spectral.colour import CIE_1931, srgb_from_xyz, white_xyz, xyz_from_radiance
+from fluorspar.spectral.illuminants import illuminant
+from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +52,7 @@ class Appearance:
         return np.asarray(np.nan_to_num(self.rgb, nan=0.2) * 255 + 0.5, np.uint8)
 
 
-def xyz_of(dataset: xr.Dataset, components: Sequence[str]) -> NDArray[np.float64]:
+def xyz_of(dataset: xr.Dataset, components: Sequence[str], observer: str = CIE_1931) -> NDArray[np.float64]:
     """Tristimulus values of a sum of components.
 
     Parameters
@@ -56,11 +61,13 @@ def xyz_of(dataset: xr.Dataset, components: Sequence[str]) -> NDArray[np.float64
         A spectral image, in memory or in a file.
     components : sequence of str
         The components to be added.
+    observer : str
+        Name of the colour matching functions in colour-science.
 
     Returns
     -------
     ndarray of shape (Y, X, 3)
-        CIE 1931 XYZ, Y in cd/m2, summed over the wavelengths of the image.
+        XYZ, Y in cd/m2 for CIE 1931, summed over the wavelengths of the image.
 
     Examples
     --------
@@ -73,7 +80,7 @@ def xyz_of(dataset: xr.Dataset, components: Sequence[str]) -> NDArray[np.float64
     grid = grid_of(dataset)
     xyz = np.empty((dataset.sizes["y"], dataset.sizes["x"], 3))
     for rows in row_blocks(dataset):
-        xyz[rows] = xyz_from_radiance(add_up(dataset, components, rows), grid)
+        xyz[rows] = xyz_from_radiance(add_up(dataset, components, rows), grid, observer)
     return xyz
 
 
@@ -149,7 +156,13 @@ def show(xyz: NDArray[np.floating], exposure: float) -> Appearance:
     return Appearance(rgb, float(exposure), float(out_of_gamut))
 
 
-def appearance(dataset: xr.Dataset, components: Sequence[str], exposure: float | None = None) -> Appearance:
+def appearance(
+    dataset: xr.Dataset,
+    components: Sequence[str],
+    exposure: float | None = None,
+    *,
+    white: str | ArrayLike | None = None,
+) -> Appearance:
     """Show a sum of components in sRGB.
 
     Parameters
@@ -161,6 +174,9 @@ def appearance(dataset: xr.Dataset, components: Sequence[str], exposure: float |
     exposure : float, optional
         Factor on luminance in m2/cd. By default that of `auto_exposure`, for everything but `source`; give
         the same number for pictures that are to be compared.
+    white : str or array_like of shape (3,), optional
+        The white that becomes that of the display: an illuminant, or XYZ of any scale (linear Bradford
+        transform). Default: no adaptation.
 
     Returns
     -------
@@ -169,7 +185,9 @@ def appearance(dataset: xr.Dataset, components: Sequence[str], exposure: float |
     Raises
     ------
     OptionError
-        If the exposure is not a positive number.
+        If the exposure is not a positive number, or the white is not three of them.
+    SpectrumError
+        If there is no such illuminant.
 
     Examples
     --------
@@ -181,16 +199,34 @@ def appearance(dataset: xr.Dataset, components: Sequence[str], exposure: float |
     ((4, 3, 3), 1e-05)
     """
     lit = [name for name in components if name != "source"] or components
-    xyz = xyz_of(dataset, lit)
+    xyz = _adapted(dataset, lit, white)
     if exposure is None:
         exposure = auto_exposure(xyz)
     if len(lit) < len(components):
-        xyz += xyz_of(dataset, ["source"])
+        xyz += _adapted(dataset, ["source"], white)
     shown = show(xyz, exposure)
     _LOG.info(
-        "exposure %.4g (white is %.4g cd/m2); sRGB cannot show %.2g %% of the pixels as they are",
+        "exposure %.4g (white is %.4g%s); sRGB cannot show %.2g %% of the pixels as they are",
         shown.exposure,
         1 / shown.exposure,
+        " cd/m2" if is_radiance(dataset.attrs) else "",
         100 * shown.out_of_gamut,
     )
     return shown
+
+
+def _adapted(
+    dataset: xr.Dataset, components: Sequence[str], white: str | ArrayLike | None
+) -> NDArray[np.float64]:
+    xyz = xyz_of(dataset, components)
+    return xyz if white is None else adapt_to_d65(xyz, _white(white, grid_of(dataset)))
+
+
+def _white(white: str | ArrayLike, grid: Wavelengths) -> NDArray[np.float64]:
+    if isinstance(white, str):
+        return white_xyz(illuminant(white).on(grid, outside="hold"), grid)
+    xyz = np.asarray(white, dtype=np.float64)
+    if xyz.shape != (3,) or not (np.isfinite(xyz).all() and (xyz > 0).all()):
+        expected = "an illuminant, or three positive numbers X, Y, Z"
+        raise OptionError(message("a white is impossible", got=white, expected=expected))
+    return xyz

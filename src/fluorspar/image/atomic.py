@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from fluorspar.errors import ImageError, message
+from fluorspar.errors import ImageError, OptionError, message
 
-__all__ = ["check_target", "replacing", "temporary_name", "undisturbed", "write_error"]
+__all__ = ["check_not_input", "check_target", "replacing", "temporary_name", "undisturbed", "write_error"]
 
 
 def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
@@ -68,6 +68,38 @@ def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
             )
         )
     return path
+
+
+def check_not_input(
+    target: str | os.PathLike[str],
+    *inputs: str | os.PathLike[str] | None,
+    fault: str = "the file to write is one that is read",
+) -> None:
+    """Check that a file to be written is none of those that are read.
+
+    Parameters
+    ----------
+    target : str or path-like
+        The file to be written.
+    *inputs : str or path-like or None
+        The files that are read. What names no file, such as a material of the library, does not count.
+    fault : str
+        What to call it.
+
+    Raises
+    ------
+    OptionError
+        If they are one file, by whatever names.
+
+    Examples
+    --------
+    >>> check_not_input("spectra.csv", "room.nc", "points.csv", None)
+    """
+    if not os.path.exists(target):
+        return
+    for source in inputs:
+        if source is not None and os.path.isfile(source) and os.path.samefile(source, target):
+            raise OptionError(message(fault, where=source, got=target, fix="name another file to write"))
 
 
 def temporary_name(path: Path) -> Path:

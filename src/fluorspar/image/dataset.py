@@ -8,7 +8,9 @@ standard_error           y, x, wavelength               of the total, float32, s
 component_standard_error component, y, x, wavelength    of each component, float32, same unit; often missing
 ======================== ============================== ======================================================
 
-Pixels that were not rendered are NaN and the attribute `partial` is 1.
+Pixels that were not rendered are NaN and the attribute `partial` is 1. Attributes that images of other programs
+may have: `unit` and `quantity`, if it is not radiance in W m-2 sr-1 nm-1, and `bandwidth_nm`, the full width at
+half maximum of triangular bands (not there: samples).
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ImageError, SpectrumError, message
 from fluorspar.image.components import COMPONENTS, TOTAL
+from fluorspar.image.units import NOT_STATED, UNITS, quantity_of, unit_of
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -42,9 +45,9 @@ __all__ = [
     "plain_attrs",
     "row_blocks",
     "values_of",
+    "variable_attrs",
 ]
 
-UNITS = "W m-2 sr-1 nm-1"
 DIMS = ("component", "y", "x", "wavelength")
 VARIABLES: dict[str, tuple[str, tuple[str, ...]]] = {
     "radiance": ("spectral radiance", DIMS),
@@ -125,15 +128,29 @@ def make_dataset(
                     expected=wanted,
                 )
             )
+    attrs = plain_attrs(attrs or {})
     variables = {
-        name: (VARIABLES[name][1], array, {"units": UNITS, "long_name": VARIABLES[name][0]})
-        for name, array in arrays.items()
+        name: (VARIABLES[name][1], array, variable_attrs(name, attrs)) for name, array in arrays.items()
     }
     coords = {
         "component": list(components),
         "wavelength": ("wavelength", wavelengths.values, WAVELENGTH_ATTRS),
     }
-    return check_dataset(xr.Dataset(variables, coords, plain_attrs(attrs or {})))
+    return check_dataset(xr.Dataset(variables, coords, attrs))
+
+
+def variable_attrs(name: str, attrs: Mapping[str, Any]) -> dict[str, str]:
+    """The attributes of a variable, by those of the image.
+
+    Examples
+    --------
+    >>> variable_attrs("radiance", {})
+    {'units': 'W m-2 sr-1 nm-1', 'long_name': 'spectral radiance'}
+    >>> variable_attrs("radiance", {"unit": "1", "quantity": "reflectance"})
+    {'units': '1', 'long_name': 'spectral reflectance'}
+    """
+    said = {} if unit_of(attrs) == NOT_STATED else {"units": unit_of(attrs)}
+    return said | {"long_name": VARIABLES[name][0].replace("radiance", quantity_of(attrs))}
 
 
 def check_dataset(dataset: xr.Dataset, where: object = None) -> xr.Dataset:

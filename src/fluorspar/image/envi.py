@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import ImageError, message
+from fluorspar.errors import ApproximationWarning, ImageError, message
 from fluorspar.image.atomic import check_target, temporary_name, undisturbed, write_error
 from fluorspar.image.components import TOTAL, select
-from fluorspar.image.dataset import UNITS, add_up, decoded_attrs, grid_of, make_dataset, names_of
-from fluorspar.image.regular import regular_spectra
+from fluorspar.image.dataset import add_up, grid_of, make_dataset, names_of
+from fluorspar.image.envi_header import bandwidth, good_bands, header_of, stated_by, wavelengths
+from fluorspar.image.regular import interpolated, regular_spectra
+from fluorspar.image.source import check_source
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["read_envi", "write_envi"]
-
-_NANOMETRES = {"nanometers": 1.0, "nm": 1.0, "micrometers": 1e3, "um": 1e3, "millimeters": 1e6, "mm": 1e6}
-_NANOMETRES |= {
-    "nanometer": 1.0,
-    "nanometres": 1.0,
-    "micrometer": 1e3,
-    "micrometres": 1e3,
-    "microns": 1e3,
-    "µm": 1e3,
-}
+__all__ = ["data_file", "read_envi", "write_envi"]
 
 
 def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
@@ -44,7 +37,8 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     ImageError
-        If the files cannot be written; older ones of these names are then unchanged.
+        If the files cannot be written, or a file with the name of the data has no header of that name, so
+        that it is another one; what was there before is then unchanged.
 
     Examples
     --------
@@ -61,21 +55,11 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     target = path.with_suffix(".img")
     check_target(path)
     check_target(target, 4 * dataset["radiance"][0].size)
-    grid = grid_of(dataset)
-    said = [
-        f"{name}: {value}"
-        for name, value in decoded_attrs(dataset.attrs).items()
-        if isinstance(value, str | int)
-    ]
-    metadata: dict[str, Any] = {
-        # braces end an ENVI value
-        "description": "; ".join([f"spectral radiance, {UNITS}", *said]).translate(
-            {123: 40, 125: 41, 10: 32}
-        ),
-        "wavelength": [f"{wavelength:.10g}" for wavelength in grid.values],
-        "wavelength units": "Nanometers",
-        "band names": [f"{wavelength:g} nm" for wavelength in grid.values],
-    }
+    if target.exists() and not path.exists():
+        fault = "the data of the ENVI file would replace a file that is no part of it"
+        fix = "name another file, or remove that one"
+        raise ImageError(message(fault, where=path, got=target, fix=fix))
+    metadata = header_of(dataset.attrs, grid_of(dataset))
     header = temporary_name(path).with_suffix(".hdr")
     data = header.with_suffix(".img")
     try:
@@ -112,17 +96,19 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     -------
     Dataset
         In memory, with the one component `total`, float32. Wavelengths in micrometres become nm; a
-        `reflectance scale factor` is applied; pixels of the `data ignore value` become NaN.
+        `reflectance scale factor` is applied; pixels of the `data ignore value` become NaN; `fwhm` becomes
+        the attribute `bandwidth_nm`.
 
     Raises
     ------
     ImageError
-        If a file is missing or truncated, or the header is malformed or holds no wavelengths.
+        If a file is missing or truncated, the header is malformed or holds no wavelengths, or it is not an
+        image of real numbers.
 
     Warns
     -----
     ApproximationWarning
-        If the wavelengths are not evenly spaced: spectra are then interpolated.
+        If the wavelengths are not evenly spaced, or bands are bad (`bbl`): spectra are then interpolated.
 
     Examples
     --------
@@ -135,24 +121,11 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     from spectral.io import envi
     from spectral.io.spyfile import SpyException
 
-    path = Path(path)
-    if not path.is_file():
-        raise ImageError(message("the image file does not exist", where=path))
+    path = check_source(path)
     try:
-        image = envi.open(str(path))
-        metadata: dict[str, Any] = image.metadata
-        expected = image.offset + image.nrows * image.ncols * image.nbands * image.sample_size
-        held = os.path.getsize(image.filename)
-        if held < expected:
-            raise ImageError(
-                message(
-                    "the image file is truncated",
-                    where=image.filename,
-                    got=f"{held} bytes",
-                    expected=f"{expected} bytes",
-                    fix="write or copy it again",
-                )
-            )
+        image = envi.open(str(path), data_file(path))
+        _check_kind(image, path)
+        header: dict[str, Any] = image.metadata
         values = np.array(image.load(dtype=np.float32, scale=True), np.float32, order="C")
     except (
         envi.EnviException,
@@ -171,49 +144,75 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
                 expected="a header and, beside it, the data of the same name",
             )
         ) from err
-    wavelengths = _wavelengths(metadata, image.nbands, path)
-    if "data ignore value" in metadata:
-        ignored = np.float32(float(metadata["data ignore value"]) / (image.scale_factor or 1.0))
+    at = wavelengths(header, image.nbands, path)
+    good = good_bands(header, image.nbands, path)
+    if "data ignore value" in header:
+        ignored = np.float32(float(header["data ignore value"]) / (image.scale_factor or 1.0))
         values[values == ignored] = np.nan
-    order = np.argsort(wavelengths, kind="stable")
+    order = np.argsort(at, kind="stable")
     if (np.diff(order) != 1).any():
-        values = np.ascontiguousarray(values[..., order])
-    values, grid = regular_spectra(values, wavelengths[order], path)
+        values, at, good = np.ascontiguousarray(values[..., order]), at[order], good[order]
+    if not good.all():
+        values, at = _mended(values, at, good, path)
+    values, grid = regular_spectra(values, at, path)
     attrs = {
         "source_file": path.name,
-        "description": str(metadata.get("description", "")),
-        "unit": "not stated",
+        "description": str(header.get("description", "")),
+        **stated_by(header),
+        **bandwidth(header, image.nbands, path),
     }
     return make_dataset(values[np.newaxis], grid, attrs=attrs, components=(TOTAL,))
 
 
-def _wavelengths(metadata: dict[str, Any], count: int, path: Path) -> NDArray[np.float64]:
-    """Wavelengths in nm, ndarray of shape (count,)."""
-    fix = "add 'wavelength = { ... }' and 'wavelength units = Nanometers' to the header"
-    try:
-        at = np.array([float(text) for text in metadata["wavelength"]])
-    except (KeyError, ValueError, TypeError) as err:
-        raise ImageError(message("the ENVI header holds no wavelengths", where=path, fix=fix)) from err
-    if len(at) != count:
+def data_file(header: Path) -> str | None:
+    """Find the data of an ENVI header beside it, None if there are none.
+
+    `room.img` comes before `room`, which may be anything; for a header `room.img.hdr` it is `room.img`.
+    """
+    from spectral.io import envi
+
+    suffixes = ["img", "", *envi.KNOWN_EXTS, "bip", "bil", "bsq"]
+    for suffix in suffixes + [suffix.upper() for suffix in suffixes]:
+        found = header.with_suffix(f".{suffix}" if suffix else "")
+        if found.is_file():
+            return str(found)
+    return None
+
+
+def _check_kind(image: Any, path: Path) -> None:
+    """Refuse what is not an image of real numbers, whole."""
+    from spectral.io import envi
+
+    if isinstance(image, envi.SpectralLibrary):
+        fault = "the ENVI file is a spectral library, not an image"
+        raise ImageError(message(fault, where=path, got=f"{len(image.spectra)} spectra", fix="give an image"))
+    if np.dtype(image.dtype).kind == "c":
+        raise ImageError(message("the ENVI file holds complex numbers", where=path, expected="real ones"))
+    expected = image.offset + image.nrows * image.ncols * image.nbands * image.sample_size
+    held = os.path.getsize(image.filename)
+    if held < expected:
         raise ImageError(
             message(
-                "the ENVI header does not fit its data",
-                where=path,
-                got=f"{len(at)} wavelengths",
-                expected=count,
+                "the image file is truncated",
+                where=image.filename,
+                got=f"{held} bytes",
+                expected=f"{expected} bytes",
+                fix="write or copy it again",
             )
         )
-    unit = str(metadata.get("wavelength units", "")).strip().lower()
-    if unit in _NANOMETRES:
-        return at * _NANOMETRES[unit]
-    if unit in ("", "unknown") and at.min() > 100:
-        return at  # no instrument measures 100 micrometres here
-    raise ImageError(
-        message(
-            "the unit of the wavelengths is not known",
-            where=path,
-            got=repr(unit),
-            expected="Nanometers or Micrometers",
-            fix=fix,
-        )
+
+
+def _mended(
+    values: NDArray[np.float32], at: NDArray[np.float64], good: NDArray[np.bool_], path: Path
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Cut bad bands off at the ends, and interpolate those between good ones."""
+    first, last = np.flatnonzero(good)[[0, -1]]
+    bad = ", ".join(f"{wavelength:g}" for wavelength in at[~good][:8]) + (
+        ", ..." if (~good).sum() > 8 else ""
     )
+    text = f"{path}: bad bands (bbl) at {bad} nm: interpolated linearly, or left out at the ends"
+    warnings.warn(text, ApproximationWarning, stacklevel=4)
+    within = ~good
+    within[:first] = within[last + 1 :] = False
+    values[..., within] = interpolated(values[..., good], at[good], at[within])
+    return np.ascontiguousarray(values[..., first : last + 1]), at[first : last + 1]

@@ -1,9 +1,9 @@
 """Spectral images as multi-part OpenEXR files.
 
 The layout is that of A. Fichet, R. Pacanowski, A. Wilkie, "An OpenEXR Layout for Spectral Images", JCGT
-10(3), 2021: one channel a wavelength, named `S0.550,000000nm`. Part `total` comes first, with an R, G, B
-preview; then one part for each component, and `standard_error`. Any program that knows the layout reads the
-total.
+10(3), 2021: one channel a wavelength, named `S0.550,000000nm`, or `T.550,000000nm` in an image of reflectance.
+Part `total` comes first, with an R, G, B preview; then one part for each component, and `standard_error`. Any
+program that knows the layout reads the total.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ from fluorspar.image.appearance import appearance, linear_srgb
 from fluorspar.image.atomic import check_target, replacing
 from fluorspar.image.components import COMPONENTS, TOTAL
 from fluorspar.image.dataset import VARIABLES, add_up, grid_of, make_dataset, names_of, plain_attrs, values_of
+from fluorspar.image.exr_units import channel_kind, emissive_units
 from fluorspar.image.foreign_exr import foreign_dataset
+from fluorspar.image.source import check_source
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -32,21 +34,20 @@ if TYPE_CHECKING:
 __all__ = ["channel_name", "read_exr", "write_exr"]
 
 _LAYOUT_VERSION = "1.0"
-_EMISSIVE_UNITS = "W.m^-2.sr^-1"  # the layout's spelling; a channel is a density, per nm
 _ATTRIBUTE = "fluorspar"
 _MAGIC = b"\x76\x2f\x31\x01"
 _ROWS = 16  # rows transposed at a time: what fits into the cache
 
 
-def channel_name(wavelength: float) -> str:
+def channel_name(wavelength: float, kind: str = "S0") -> str:
     """Name the channel of a wavelength in nm, with a decimal comma since OpenEXR splits names at points.
 
     Examples
     --------
-    >>> channel_name(550), channel_name(302.5)
-    ('S0.550,000000nm', 'S0.302,500000nm')
+    >>> channel_name(550), channel_name(302.5, "T")
+    ('S0.550,000000nm', 'T.302,500000nm')
     """
-    return "S0." + f"{wavelength:.6f}".replace(".", ",") + "nm"
+    return f"{kind}." + f"{wavelength:.6f}".replace(".", ",") + "nm"
 
 
 def write_exr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
@@ -90,15 +91,16 @@ def write_exr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         "compression": OpenEXR.ZIP_COMPRESSION,
         "type": OpenEXR.scanlineimage,
         "spectralLayoutVersion": _LAYOUT_VERSION,
-        "emissiveUnits": _EMISSIVE_UNITS,
+        **emissive_units(dataset.attrs),
     }
+    kind = channel_kind(dataset.attrs)
     preview, exposure = _preview(dataset)
     first = {**header, "EV": float(np.log2(exposure)), _ATTRIBUTE: json.dumps(described, ensure_ascii=False)}
-    channels = _spectral_channels(grid, add_up(dataset, names_of(dataset)))
+    channels = _spectral_channels(grid, add_up(dataset, names_of(dataset)), kind)
     parts = [OpenEXR.Part(first, {**channels, **preview}, TOTAL)]
     for name, variable, component in _parts(dataset):
         values = values_of(dataset, variable, component=component)
-        parts.append(OpenEXR.Part(dict(header), _spectral_channels(grid, values), name))
+        parts.append(OpenEXR.Part(dict(header), _spectral_channels(grid, values, kind), name))
     with replacing(path) as temporary, _all_cores(), OpenEXR.File(parts) as file:
         file.write(str(temporary))
 
@@ -134,7 +136,8 @@ def read_exr(path: str | os.PathLike[str]) -> xr.Dataset:
         return foreign_dataset(all_parts, Path(path))
     parts = {part.name(): part for part in all_parts}
     grid = Wavelengths(*described["wavelengths"])
-    channels = [channel_name(wavelength) for wavelength in grid.values]
+    kind = channel_kind(described["attrs"])
+    channels = [channel_name(wavelength, kind) for wavelength in grid.values]
     known = (*COMPONENTS, TOTAL)
     components = [name for name in known if name in described["parts"]]
     layers: dict[str, list[list[NDArray[np.float32]]]] = {variable: [] for variable in VARIABLES}
@@ -158,8 +161,7 @@ def _read_parts(path: Path) -> tuple[dict[str, Any] | None, list[Any]]:
     """What `write_exr` noted, None in a file of another program, and the parts of the file."""
     import OpenEXR
 
-    if not path.is_file():
-        raise ImageError(message("the image file does not exist", where=path))
+    check_source(path)
     with path.open("rb") as stream:
         if stream.read(len(_MAGIC)) != _MAGIC:
             raise ImageError(message("the image file is not an OpenEXR file", where=path))
@@ -216,12 +218,16 @@ def _parts(dataset: xr.Dataset) -> Iterator[tuple[str, str, str | None]]:
                 )
 
 
-def _spectral_channels(grid: Wavelengths, values: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
+def _spectral_channels(
+    grid: Wavelengths, values: NDArray[np.float32], kind: str
+) -> dict[str, NDArray[np.float32]]:
     """One contiguous array a wavelength: OpenEXR reads strided ones wrongly."""
     planes = np.empty((len(grid), *values.shape[:2]), np.float32)
     for rows in _row_blocks(len(values)):
         planes[:, rows] = np.moveaxis(values[rows], -1, 0)
-    return {channel_name(wavelength): plane for wavelength, plane in zip(grid.values, planes, strict=True)}
+    return {
+        channel_name(wavelength, kind): plane for wavelength, plane in zip(grid.values, planes, strict=True)
+    }
 
 
 def _row_blocks(height: int) -> Iterator[slice]:

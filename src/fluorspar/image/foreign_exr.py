@@ -17,6 +17,7 @@ import numpy as np
 from fluorspar.errors import ApproximationWarning, ImageError, message
 from fluorspar.image.components import TOTAL
 from fluorspar.image.dataset import make_dataset
+from fluorspar.image.exr_units import stated_by
 from fluorspar.image.regular import regular_spectra
 
 if TYPE_CHECKING:
@@ -84,15 +85,15 @@ def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
     Parameters
     ----------
     parts : list of OpenEXR.Part
-        With separate channels. The first one that holds spectral channels is used.
+        With separate channels. The first one that holds light (S0) is used, or else reflectance (T).
     path : Path
         For messages.
 
     Returns
     -------
     Dataset
-        With the one component `total`. Attributes: `source_file`, `unit` as the file states it, `quantity`
-        ("radiance" or "reflectance").
+        With the one component `total`. Attributes: `source_file`; and, if it is not radiance in W m-2 sr-1
+        nm-1, `unit` as the file states it, and `quantity` ("radiance" or "reflectance").
 
     Raises
     ------
@@ -102,9 +103,10 @@ def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
     Warns
     -----
     ApproximationWarning
-        If polarisation is left out, reflectance is read as radiance, or the wavelengths are not evenly spaced.
+        If parts, layers or polarisation are left out, reflectance is read as radiance, or the wavelengths are
+        not evenly spaced.
     """
-    part, kind, named = _spectral_part(parts, path)
+    part, kind, named = _spectral_channels(parts, path)
     if len(named) < 2:
         raise ImageError(
             message(
@@ -125,45 +127,52 @@ def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
         text = f"{path} holds reflectance: it is read as the radiance in light of 1 W m-2 sr-1 nm-1"
         warnings.warn(text, ApproximationWarning, stacklevel=3)
     values, grid = regular_spectra(values, np.array(sorted(named)), path)
-    attrs = {
-        "source_file": path.name,
-        "unit": str(part.header.get("emissiveUnits", "not stated")) if kind == "S0" else "1",
-        "quantity": "radiance" if kind == "S0" else "reflectance",
-    }
+    attrs = {"source_file": path.name} | stated_by(part.header, kind)
     return make_dataset(values[np.newaxis], grid, attrs=attrs, components=(TOTAL,))
 
 
-def _spectral_part(parts: list[Any], path: Path) -> tuple[Any, str, dict[float, str]]:
-    """The first part with spectral channels, which kind is read, and the channel of each wavelength."""
-    for part in parts:
-        spectral = {name: what for name in part.channels if (what := channel_wavelength(name))}
-        if not spectral:
-            continue
-        layers = sorted({layer for layer, _, _ in spectral.values()})
-        kinds = {kind for layer, kind, _ in spectral.values() if layer == layers[0]}
-        kind = "S0" if "S0" in kinds else "T"
-        left_out = [f"layer {layer!r}" for layer in layers[1:]]
-        left_out += ["polarisation (S1, S2, S3)"] * bool(kinds & {"S1", "S2", "S3"})
-        left_out += ["reflectance (T)"] * (kind == "S0" and "T" in kinds)
-        named: dict[float, str] = {}
-        for name, (layer, of_kind, wavelength) in spectral.items():
-            if (layer, of_kind) != (layers[0], kind):
+def _spectral_channels(parts: list[Any], path: Path) -> tuple[Any, str, dict[float, str]]:
+    """What is read: the part, "S0" or "T", and the channel of each wavelength.
+
+    That is the first layer, in the order of the parts, that holds light (S0), or else reflectance (T).
+    """
+    found: dict[tuple[int, str, str], dict[float, str]] = {}
+    twice: dict[tuple[int, str, str], str] = {}
+    for number, part in enumerate(parts):
+        for name in part.channels:
+            if (what := channel_wavelength(name)) is None:
                 continue
+            layer, kind, wavelength = what
+            named = found.setdefault((number, layer, kind), {})
             if wavelength in named:
-                got = f"{named[wavelength]} and {name}"
-                raise ImageError(message("two channels have one wavelength", where=path, got=got))
+                twice[number, layer, kind] = f"{named[wavelength]} and {name}"
             named[wavelength] = name
-        if not named:
-            continue
-        if left_out:
-            warnings.warn(f"{path}: not read: {', '.join(left_out)}", ApproximationWarning, stacklevel=4)
-        return part, kind, named
-    names = [name for part in parts for name in part.channels]
-    raise ImageError(
-        message(
-            "the EXR file has no spectral channel",
-            where=path,
-            got=", ".join(names[:12]) + (", ..." if len(names) > 12 else ""),
-            expected="channels such as S0.550,000000nm",
+    usable = sorted(key for key in found if key[2] in ("S0", "T"))
+    if not usable:
+        names = [name for part in parts for name in part.channels]
+        raise ImageError(
+            message(
+                "the EXR file has no spectral channel",
+                where=path,
+                got=", ".join(names[:12]) + (", ..." if len(names) > 12 else ""),
+                expected="channels such as S0.550,000000nm",
+            )
         )
-    )
+    chosen = next((key for key in usable if key[2] == "S0"), usable[0])
+    if chosen in twice:
+        raise ImageError(message("two channels have one wavelength", where=path, got=twice[chosen]))
+    left_out = [_called(key, chosen, parts) for key in sorted(found) if key != chosen]
+    if left_out:
+        text = f"{path}: not read: {', '.join(dict.fromkeys(left_out))}"
+        warnings.warn(text, ApproximationWarning, stacklevel=4)
+    return parts[chosen[0]], chosen[2], found[chosen]
+
+
+def _called(key: tuple[int, str, str], chosen: tuple[int, str, str], parts: list[Any]) -> str:
+    """What channels that are not read are called in a warning."""
+    number, layer, kind = key
+    if number != chosen[0]:
+        return f"part {parts[number].header.get('name', number)!r}"
+    if layer != chosen[1]:
+        return f"layer {layer!r}"
+    return "reflectance (T)" if kind == "T" else "polarisation (S1, S2, S3)"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fluorspar.errors import ImageError, message
@@ -17,8 +16,10 @@ from fluorspar.image.dataset import (
     row_blocks,
     values_of,
 )
+from fluorspar.image.foreign_netcdf import normalised
 from fluorspar.image.netcdf_layout import PatientFile, create
 from fluorspar.image.netcdf_writer import NetcdfWriter
+from fluorspar.image.source import check_source
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +48,7 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, compressi
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> import numpy as np
     >>> from fluorspar.image.dataset import make_dataset
     >>> from fluorspar.spectral.wavelengths import Wavelengths
@@ -57,9 +59,10 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, compressi
     """
     present = [name for name in VARIABLES if name in dataset]
     shape = (dataset.sizes["y"], dataset.sizes["x"])
+    attrs = plain_attrs(dataset.attrs)
     size = 0 if compression else sum(4 * dataset[name].size for name in present)
     with replacing(path, size) as temporary, PatientFile(temporary) as stream:
-        with create(stream, grid_of(dataset), names_of(dataset), *shape, present, compression) as file:
+        with create(stream, grid_of(dataset), names_of(dataset), *shape, present, compression, attrs) as file:
             for rows in row_blocks(dataset):
                 for name in present:
                     if "component" in VARIABLES[name][1]:
@@ -68,7 +71,7 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, compressi
                     else:
                         file[name][rows] = values_of(dataset, name, rows)
                 stream.check()
-            file.attrs.update(plain_attrs(dataset.attrs))
+            file.attrs.update(attrs)
         stream.check()
 
 
@@ -78,12 +81,14 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     Parameters
     ----------
     path : str or path-like
-        A file written by Fluorspar, or any NetCDF-4 file of the same layout.
+        A file written by Fluorspar, or any NetCDF-4 file of the same layout. Numbers packed with
+        `scale_factor` and `add_offset` are decoded, wavelengths in micrometres become nm.
 
     Returns
     -------
     Dataset
-        Close it when done, or call its method `load` to have it all in memory.
+        Close it when done, or call its method `load` to have it all in memory. If the file does not say that
+        it holds radiance in W m-2 sr-1 nm-1, the attributes `unit` and `quantity` keep what it says.
 
     Raises
     ------
@@ -100,9 +105,7 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     import xarray as xr
 
-    path = Path(path)
-    if not path.is_file():
-        raise ImageError(message("the image file does not exist", where=path))
+    path = check_source(path)
     try:
         dataset = xr.open_dataset(path, engine="h5netcdf", mask_and_scale=False, decode_times=False)
     except (OSError, ValueError, KeyError, RuntimeError) as err:
@@ -117,13 +120,13 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
             )
         ) from err
     try:
-        check_dataset(dataset, path)
+        read = check_dataset(normalised(dataset, path), path)
     except ImageError:
         dataset.close()
         raise
     for name in VARIABLES:
-        if name in dataset:
-            dataset[name].attrs.pop("_FillValue", None)
-    dataset = dataset.assign_coords(component=list(names_of(dataset)))
-    dataset.attrs = plain_attrs(dataset.attrs)
-    return dataset
+        if name in read:
+            read[name].attrs.pop("_FillValue", None)
+    read.attrs = plain_attrs(read.attrs)
+    read.set_close(dataset.close)
+    return read

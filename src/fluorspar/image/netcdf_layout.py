@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fluorspar.image.dataset import DIMS, UNITS, VARIABLES, WAVELENGTH_ATTRS
+from fluorspar.image.dataset import DIMS, VARIABLES, WAVELENGTH_ATTRS, variable_attrs
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["PatientFile", "chunk_rows", "create"]
@@ -92,6 +92,7 @@ def create(
     width: int,
     variables: Sequence[str],
     compression: int,
+    attrs: Mapping[str, Any],
 ) -> Any:
     """Lay out a NetCDF file without pixels: what is never written reads as NaN and takes no space.
 
@@ -105,6 +106,8 @@ def create(
         Some of `VARIABLES`.
     compression : int
         zlib level, 0 for none.
+    attrs : mapping
+        Attributes of the image, for quantity and unit.
 
     Returns
     -------
@@ -128,9 +131,9 @@ def create(
     if compression:
         filters = {"compression": "gzip", "compression_opts": compression, "shuffle": True}
     for name in variables:
-        long_name, dims = VARIABLES[name]
+        dims = VARIABLES[name][1]
         chunks = tuple(extents[dim] for dim in dims)
         missing = np.float32(np.nan)
         variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks, **filters)
-        variable.attrs.update({"units": UNITS, "long_name": long_name})
+        variable.attrs.update(variable_attrs(name, attrs))
     return file

@@ -112,7 +112,7 @@ class NetcdfWriter:
         except OSError as err:
             raise write_error(self.path, err) from err
         self._file = create(
-            self._stream, wavelengths, components, height, width, self._variables, compression
+            self._stream, wavelengths, components, height, width, self._variables, compression, self.attrs
         )
 
     def __enter__(self) -> NetcdfWriter:

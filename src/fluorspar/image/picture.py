@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ImageError, message
 from fluorspar.image.appearance import appearance, auto_exposure, show, xyz_of
 from fluorspar.image.atomic import replacing
 from fluorspar.image.components import TOTAL, definition, select
+from fluorspar.image.units import is_radiance
 
 if TYPE_CHECKING:
     from fluorspar.image.spectral_image import SpectralImage
@@ -34,6 +35,8 @@ def write_png(
     path: str | os.PathLike[str],
     component: str | Iterable[str] | None = None,
     exposure: float | None = None,
+    *,
+    white: str | ArrayLike | None = None,
 ) -> None:
     """Write a picture of an image or of some of its components.
 
@@ -45,6 +48,8 @@ def write_png(
     component : str or iterable of str, optional
         As in `SpectralImage.srgb`.
     exposure : float, optional
+        As in `SpectralImage.srgb`.
+    white : str or array_like of shape (3,), optional
         As in `SpectralImage.srgb`.
 
     Raises
@@ -62,7 +67,7 @@ def write_png(
     >>> write_png(image, path, "reflected")
     """
     with replacing(path) as temporary:
-        shown = appearance(image.dataset, select(component, image.components), exposure)
+        shown = appearance(image.dataset, select(component, image.components), exposure, white=white)
         temporary.write_bytes(png_bytes(shown.bytes))
 
 
@@ -216,8 +221,9 @@ def _tiles(image: SpectralImage) -> list[_Tile]:
     reference = auto_exposure(lit)
     total = lit + xyz.get("source", 0.0)
     whole = np.nansum(total[..., 1])
+    unit = " cd/m²" if is_radiance(image.dataset.attrs) else ", relative"
     tiles = [
-        _Tile("total", "Total", f"white is {_rounded(1 / reference)} cd/m²", show(total, reference).bytes)
+        _Tile("total", "Total", f"white is {_rounded(1 / reference)}{unit}", show(total, reference).bytes)
     ]
     for name, values in xyz.items():
         if name == TOTAL:

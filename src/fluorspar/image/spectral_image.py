@@ -14,14 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.image.components import COMPONENTS, select
 from fluorspar.image.dataset import (
-    UNITS,
     add_up,
     check_dataset,
     decoded_attrs,
     grid_of,
     make_dataset,
     names_of,
+    variable_attrs,
 )
+from fluorspar.image.units import is_radiance
+from fluorspar.spectral.colour import CIE_1931
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -301,18 +303,27 @@ class SpectralImage:
             raise ImageError(message("the image holds no standard error"))
         return self.dataset["standard_error"]
 
-    def xyz(self, component: _Choice = None) -> xr.DataArray:
-        """CIE 1931 tristimulus values.
+    def xyz(self, component: _Choice = None, *, observer: str = CIE_1931) -> xr.DataArray:
+        """CIE tristimulus values.
 
         Parameters
         ----------
         component : str or list of str, optional
             A component, several that are added up, or `total`, `single_bounce`, `reflected`, `luminescent`.
+        observer : str
+            Name of the colour matching functions in colour-science, such as "CIE 1964 10 Degree Standard
+            Observer".
 
         Returns
         -------
         DataArray
-            Dims y, x, tristimulus (X, Y, Z); Y in cd/m2. Summed over the wavelengths of the image.
+            Dims y, x, tristimulus (X, Y, Z); 683 lm/W times the sums over the wavelengths of the image. Y is
+            in cd/m2 if the observer is that of CIE 1931 and the image holds radiance in W m-2 sr-1 nm-1.
+
+        Raises
+        ------
+        OptionError
+            If there is no such component or observer.
 
         Examples
         --------
@@ -322,11 +333,12 @@ class SpectralImage:
         """
         from fluorspar.image.appearance import xyz_of
 
-        xyz = xyz_of(self.dataset, select(component, self.components))
-        return _labelled(xyz, "tristimulus", ["X", "Y", "Z"], "CIE 1931 tristimulus values", "cd m-2")
+        xyz = xyz_of(self.dataset, select(component, self.components), observer)
+        units = "cd m-2" if observer == CIE_1931 and is_radiance(self.dataset.attrs) else "relative"
+        return _labelled(xyz, "tristimulus", ["X", "Y", "Z"], f"tristimulus values, {observer}", units)
 
     def luminance(self, component: _Choice = None) -> xr.DataArray:
-        """Luminance in cd/m2.
+        """Luminance in cd/m2, that of the CIE 1931 observer; relative if the image does not hold radiance.
 
         Parameters
         ----------
@@ -348,7 +360,13 @@ class SpectralImage:
         luminance.attrs["long_name"] = "luminance"
         return luminance
 
-    def srgb(self, component: _Choice = None, exposure: float | None = None) -> xr.DataArray:
+    def srgb(
+        self,
+        component: _Choice = None,
+        exposure: float | None = None,
+        *,
+        white: str | ArrayLike | None = None,
+    ) -> xr.DataArray:
         """The image as a display shows it.
 
         Parameters
@@ -359,6 +377,9 @@ class SpectralImage:
             Factor on luminance, m2/cd: 1 / exposure cd/m2 is white. By default the brightest of linear R, G,
             B is 1 at the 99th percentile of the pixels that are not black, `source` left out. Give the same
             number for pictures that are to be compared.
+        white : str or array_like of shape (3,), optional
+            The white that the eye is adapted to, shown as the white of the display: an illuminant, or XYZ of
+            any scale (linear Bradford transform). Default: no adaptation.
 
         Returns
         -------
@@ -366,6 +387,11 @@ class SpectralImage:
             Dims y, x, channel (R, G, B); float32 from 0 to 1 with the sRGB transfer curve, NaN where nothing
             was rendered. Attributes: `exposure`, the one used, and `out_of_gamut`, the share of pixels that
             sRGB cannot show as they are: they are shown less saturated, or white.
+
+        Raises
+        ------
+        OptionError
+            If there is no such component, or the exposure or the white is impossible.
 
         Examples
         --------
@@ -377,7 +403,7 @@ class SpectralImage:
         """
         from fluorspar.image.appearance import appearance
 
-        shown = appearance(self.dataset, select(component, self.components), exposure)
+        shown = appearance(self.dataset, select(component, self.components), exposure, white=white)
         picture = _labelled(shown.rgb, "channel", ["R", "G", "B"], "sRGB", "1")
         picture.attrs.update(exposure=shown.exposure, out_of_gamut=shown.out_of_gamut)
         return picture
@@ -420,20 +446,20 @@ class SpectralImage:
         total = np.zeros(len(self.wavelengths), np.float32)
         for component in pixel["radiance"].values:
             total += component
-        return pixel.assign(
-            total=("wavelength", total, {"units": UNITS, "long_name": "total spectral radiance"})
-        )
+        attrs = variable_attrs("radiance", pixel.attrs)
+        return pixel.assign(total=("wavelength", total, attrs | {"long_name": f"total {attrs['long_name']}"}))
 
     def _sum(self, group: str) -> xr.DataArray:
         import xarray as xr
 
         values = add_up(self.dataset, select(group, self.components))
+        attrs = variable_attrs("radiance", self.dataset.attrs)
         return xr.DataArray(
             values,
             {"wavelength": self.dataset["wavelength"]},
             ("y", "x", "wavelength"),
             name=group,
-            attrs={"units": UNITS, "long_name": f"{group.replace('_', ' ')} spectral radiance"},
+            attrs=attrs | {"long_name": f"{group.replace('_', ' ')} {attrs['long_name']}"},
         )
 
     def _summarised(self) -> Summary:

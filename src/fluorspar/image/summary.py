@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.image.dataset import decoded_attrs, grid_of, names_of, values_of
+from fluorspar.image.units import is_radiance, quantity_of, unit_of
 from fluorspar.spectral.colour import luminance
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class Summary:
     facts : tuple of (str, str)
         Names and values in words.
     luminances : dict of str to float
-        Mean luminance of each component, cd/m2.
+        Mean luminance of each component, cd/m2 if the image holds radiance.
     """
 
     facts: tuple[tuple[str, str], ...]
@@ -103,13 +104,14 @@ def summarise(dataset: xr.Dataset) -> Summary:
         "samples": None
         if "spp" not in attrs
         else f"{attrs['spp']} per pixel, seed {attrs.get('seed', 'not known')}",
-        "mean luminance": f"{sum(luminances.values()):.4g} cd/m2",
+        "quantity": None if is_radiance(attrs) else f"{quantity_of(attrs)}, unit {unit_of(attrs)}",
+        "mean luminance": f"{sum(luminances.values()):.4g} {'cd/m2' if is_radiance(attrs) else '(relative)'}",
     }
     lit = sum(float(spectrum.mean()) for name, spectrum in spectra.items() if name != "source")
     if "standard_error" in dataset and lit > 0:
         error = float(_mean(dataset, "standard_error", blocks).mean())
         facts["standard error"] = (
-            f"{100 * error / lit:.2g} % of the radiance without lamps, per pixel and band"
+            f"{100 * error / lit:.2g} % of the {quantity_of(attrs)} without lamps, per pixel and band"
         )
     if attrs.get("partial"):
         facts["partial"] = "yes, the render was stopped before its end"

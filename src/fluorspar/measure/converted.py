@@ -1,10 +1,13 @@
-"""An image with fewer components or other wavelengths."""
+"""An image with fewer components, other wavelengths or wider bands."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.errors import OptionError, message
 from fluorspar.image.components import TOTAL, select
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
@@ -12,6 +15,8 @@ from fluorspar.measure.bands import Bands, band_weights, conversion
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["converted"]
+
+Values = NDArray[np.float32]
 
 
 def converted(
@@ -25,25 +30,28 @@ def converted(
     Parameters
     ----------
     image : SpectralImage
+        Its attribute `bandwidth_nm` says how wide its bands are; without it they are taken for samples.
     component : str, optional
         Keep only this component; or only a sum of some, "total", "single_bounce", "reflected" or
         "luminescent", which is then no longer split. Default: keep all.
     wavelengths : Wavelengths, optional
         Other wavelengths, within those of the image.
     bandwidth : float
-        FWHM in nm of triangular bands around them; 0: linear interpolation.
+        FWHM in nm of triangular bands around the wavelengths, at least that of the image; it becomes the
+        attribute `bandwidth_nm`. 0: bands as they are, interpolated linearly to other wavelengths.
 
     Returns
     -------
     SpectralImage
         In memory, unless nothing is to be done. The attribute `converted` says what was done. Standard errors
-        are kept where they are still right: those of the total with all components; bands count as fully
+        are kept where they are still right: those of components that are kept, one of which becomes the
+        total if it is all that is left, and those of the total with all components. Bands count as fully
         correlated.
 
     Raises
     ------
     OptionError
-        If there is no such component.
+        If there is no such component, or the bandwidth is negative or less than that of the image.
     SpectrumError
         If the wavelengths lie outside those of the image.
 
@@ -52,37 +60,84 @@ def converted(
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
     >>> converted(image, "luminescent", Wavelengths(400, 700, 10)).shape
     (1, 4, 6, 31)
+    >>> converted(image, bandwidth=10.0).attrs["bandwidth_nm"]
+    10.0
     """
-    if component is None and wavelengths is None:
+    target = _bands(image, wavelengths, bandwidth)
+    if component is None and wavelengths is None and not bandwidth:
         return image
-    grid = wavelengths or image.wavelengths
-    own, target = Bands(image.wavelengths), Bands(grid, bandwidth if wavelengths else 0.0)
-    weights = None
-    said = []
-    if own != target:
-        if grid.start < own.grid.start - 1e-6 or grid.stop > own.grid.stop + 1e-6:
-            band_weights(own.grid.values, grid.values)  # raises, with both ranges
-        weights, sentence = conversion(own, target, "wavelengths")
-        said.append(sentence)
+    on_grid, said = _conversion(image, target)
     chosen = select(component, image.components)
-    all_of_it = chosen == select(None, image.components)
-
-    def on_grid(values: NDArray[np.float32], absolute: bool = False) -> NDArray[np.float32]:
-        if weights is None:
-            return values
-        return np.asarray(values @ (np.abs(weights) if absolute else weights).T.astype(np.float32))
-
     if component is None:
         names = chosen
-        layers = [on_grid(values_of(image.dataset, "radiance", component=name)) for name in chosen]
+        layers = [on_grid(values_of(image.dataset, "radiance", component=name), False) for name in chosen]
     else:
         names = chosen if len(chosen) == 1 and component == chosen[0] else (TOTAL,)
-        layers = [on_grid(add_up(image.dataset, chosen))]
+        layers = [on_grid(add_up(image.dataset, chosen), False)]
         said.append(f"{component} only")
-    error = None
-    if all_of_it and "standard_error" in image.dataset:
-        error = on_grid(values_of(image.dataset, "standard_error"), absolute=True)
-    attrs = image.attrs | {
-        "converted": "; ".join(filter(None, [str(image.attrs.get("converted", "")), *said]))
-    }
-    return SpectralImage.from_arrays(np.stack(layers), grid, error, attrs, components=names)
+    attrs = image.attrs
+    if said:
+        attrs["converted"] = "; ".join([attrs["converted"], *said] if "converted" in attrs else said)
+    if bandwidth:
+        attrs["bandwidth_nm"] = float(bandwidth)
+    error, of_components = _errors(image, component, chosen, on_grid)
+    return SpectralImage.from_arrays(
+        np.stack(layers),
+        target.grid,
+        error,
+        attrs,
+        component_standard_error=of_components,
+        components=names,
+    )
+
+
+def _bands(image: SpectralImage, wavelengths: Wavelengths | None, bandwidth: float) -> Bands:
+    """The bands that are wanted."""
+    own = float(image.attrs.get("bandwidth_nm", 0.0))
+    target = Bands(wavelengths or image.wavelengths, bandwidth or own)
+    if bandwidth and bandwidth < own * (1 - 1e-6):
+        raise OptionError(
+            message(
+                "bands cannot be made narrower",
+                got=f"{bandwidth:g} nm FWHM",
+                expected=f"at least the {own:g} nm of the image",
+            )
+        )
+    return target
+
+
+def _conversion(image: SpectralImage, target: Bands) -> tuple[Callable[[Values, bool], Values], list[str]]:
+    """A function that brings spectra, or standard errors (True), to other bands; and what it does, in words."""
+    own = Bands(image.wavelengths, float(image.attrs.get("bandwidth_nm", 0.0)))
+    grid = target.grid
+    if own == target:
+        return lambda values, absolute: values, []
+    if grid.start < own.grid.start - 1e-6 or grid.stop > own.grid.stop + 1e-6:
+        band_weights(own.grid.values, grid.values)  # raises, with both ranges
+    weights, sentence = conversion(own, target, "wavelengths")
+    if weights is None:
+        return lambda values, absolute: values, []
+    plain, positive = weights.T.astype(np.float32), np.abs(weights).T.astype(np.float32)
+    return lambda values, absolute: np.asarray(values @ (positive if absolute else plain)), [sentence]
+
+
+def _errors(
+    image: SpectralImage,
+    component: str | None,
+    chosen: tuple[str, ...],
+    on_grid: Callable[[Values, bool], Values],
+) -> tuple[Values | None, Values | None]:
+    """Standard errors of the total and of the components that are left, None if not known."""
+    held = image.dataset
+
+    def of(variable: str, name: str | None = None) -> Values:
+        return on_grid(values_of(held, variable, component=name), True)
+
+    total = None
+    if chosen == select(None, image.components) and "standard_error" in held:
+        total = of("standard_error")
+    elif len(chosen) == 1 and "component_standard_error" in held:
+        total = of("component_standard_error", chosen[0])
+    if component is not None or "component_standard_error" not in held:
+        return total, None
+    return total, np.stack([of("component_standard_error", name) for name in chosen])

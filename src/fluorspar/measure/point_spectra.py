@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import FluorsparError, OptionError, SpectrumError, message
+from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.atomic import replacing
 from fluorspar.measure.bands import Bands, band_weights
+from fluorspar.measure.spectra_table import TIDY, bandwidth_of, on_even_grid, tidy_spectra
 from fluorspar.measure.tables import read_cells
 from fluorspar.spectral.colour import CIE_1931, luminance
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -21,8 +22,6 @@ from fluorspar.spectral.wavelengths import Wavelengths
 __all__ = ["PointSpectra", "read_point_spectra", "write_point_spectra"]
 
 Array = NDArray[np.float64]
-
-_TIDY = ("point", "wavelength", "radiance", "standard_error")
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +206,13 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     ------
     SpectrumError
         If the file is missing, a column is unknown, a cell is not a number, a point lacks a wavelength that
-        others have, or the wavelengths are not evenly spaced.
+        others have, a standard error or the bandwidth is impossible, or the wavelengths are far from evenly
+        spaced.
+
+    Warns
+    -----
+    ApproximationWarning
+        If the wavelengths are nearly, but not quite evenly spaced: spectra are then interpolated.
 
     Examples
     --------
@@ -221,7 +226,7 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     table = read_cells(path, SpectrumError)
     header = [name.lower() for name in table.header]
     if "point" in header:
-        names, wavelengths, radiance, error = _tidy(table.rows, header, path)
+        names, wavelengths, radiance, error = tidy_spectra(table)
     elif header and header[0] in ("wavelength", "wavelength_nm", "wavelength (nm)", "nm"):
         values = table.numbers(slice(0, None))
         order = np.argsort(values[:, 0], kind="stable")
@@ -236,55 +241,10 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
                 expected="point, wavelength, radiance[, standard_error]; or wavelength and a column for each point",
             )
         )
-    try:
-        fwhm = float(table.keys["bandwidth"].split()[0]) if "bandwidth" in table.keys else None
-        bands = Bands(Wavelengths.from_values(wavelengths), fwhm)
-    except (FluorsparError, ValueError) as err:
-        raise SpectrumError(
-            message("the wavelengths or the bandwidth are not usable", where=path, got=err)
-        ) from err
+    radiance, error, grid = on_even_grid(radiance, error, wavelengths, path)
+    bands = Bands(grid, bandwidth_of(table))
     unit = table.keys.get("unit", PointSpectra.unit)
     return PointSpectra(names, bands, radiance, error, unit, title=path.name)
-
-
-def _tidy(
-    rows: list[list[str]], header: list[str], path: Path
-) -> tuple[tuple[str, ...], Array, Array, Array | None]:
-    unknown = [name for name in header if name not in _TIDY]
-    missing = [name for name in _TIDY[:3] if name not in header]
-    if unknown or missing:
-        got = f"unknown: {', '.join(unknown)}" if unknown else f"missing: {', '.join(missing)}"
-        raise SpectrumError(
-            message(
-                "the columns of a table of spectra are not right",
-                where=path,
-                got=got,
-                expected=", ".join(_TIDY),
-            )
-        )
-    fields = [name for name in header if name != "point"]
-    owners = [row[header.index("point")] for row in rows]
-    try:
-        numbers = [[float(row[header.index(name)]) for name in fields] for row in rows]
-    except ValueError as err:
-        raise SpectrumError(message("a cell is not a number", where=path, got=err)) from err
-    names = tuple(dict.fromkeys(owners))
-    at: dict[str, dict[float, list[float]]] = {name: {} for name in names}
-    for name, row in zip(owners, numbers, strict=True):
-        at[name][row[fields.index("wavelength")]] = row
-    wavelengths = sorted(at[names[0]])
-    for name in names:
-        if sorted(at[name]) != wavelengths or owners.count(name) != len(wavelengths):
-            raise SpectrumError(
-                message(
-                    "a point does not have the wavelengths of the first one, each once",
-                    where=f"{path}, point {name}",
-                    expected=f"those of point {names[0]}",
-                )
-            )
-    values = np.array([[at[name][wavelength] for wavelength in wavelengths] for name in names])
-    error = values[..., fields.index("standard_error")] if "standard_error" in fields else None
-    return names, np.array(wavelengths), values[..., fields.index("radiance")], error
 
 
 def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> None:
@@ -323,13 +283,18 @@ def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> 
     for note in spectra.notes:
         stream.write(f"# {note}\n")
     writer = csv.writer(stream, lineterminator="\n")
-    with_error = spectra.standard_error is not None
-    writer.writerow(_TIDY if with_error else _TIDY[:3])
+    # a render of one sample per pixel has none
+    errors = (
+        None
+        if spectra.standard_error is None or np.isnan(spectra.standard_error).any()
+        else spectra.standard_error
+    )
+    writer.writerow(TIDY[:3] if errors is None else TIDY)
     for p, name in enumerate(spectra.names):
         for k, wavelength in enumerate(spectra.grid.values):
             row = [name, f"{wavelength:.10g}", repr(float(spectra.radiance[p, k]))]
-            if spectra.standard_error is not None:
-                row.append(repr(float(spectra.standard_error[p, k])))
+            if errors is not None:
+                row.append(repr(float(errors[p, k])))
             writer.writerow(row)
     with replacing(path) as temporary:
         temporary.write_text(stream.getvalue(), encoding="utf-8")

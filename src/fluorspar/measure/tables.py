@@ -57,6 +57,9 @@ class Cells:
 def read_cells(path: Path, error: type[FluorsparError]) -> Cells:
     """Read a CSV file with a header; cells are separated by commas, semicolons or tabs.
 
+    Lines that begin with # are comments as far as the header; below it a name may begin with #. Columns at the end
+    that are empty, as spreadsheets leave them, do not count.
+
     Parameters
     ----------
     path : Path
@@ -66,8 +69,8 @@ def read_cells(path: Path, error: type[FluorsparError]) -> Cells:
     Raises
     ------
     FluorsparError
-        Of class `error`, if the file is missing, is not text, has no rows, or a row has too few or too many
-        cells.
+        Of class `error`, if the file is missing, is not text, has no rows, a row has too few or too many cells,
+        or a column has no name.
 
     Examples
     --------
@@ -88,7 +91,7 @@ def read_cells(path: Path, error: type[FluorsparError]) -> Cells:
     keys: dict[str, str] = {}
     lines: list[tuple[int, str]] = []
     for number, line in enumerate(text.splitlines(), start=1):
-        if line.lstrip().startswith("#"):
+        if not lines and line.lstrip().startswith("#"):
             if found := _KEY.match(line.strip()):
                 keys.setdefault(found[1].lower(), found[2].strip())
         elif line.strip():
@@ -102,7 +105,13 @@ def read_cells(path: Path, error: type[FluorsparError]) -> Cells:
     for (number, _), row in zip(parsed[1:], rows, strict=True):
         if len(row) != len(header):
             fault, where = "a row has the wrong number of cells", f"{path}, line {number}"
-            raise error(message(fault, where=where, got=len(row), expected=len(header)))
+            fix = "put comments before the header" if row[0].startswith("#") else ""
+            raise error(message(fault, where=where, got=len(row), expected=len(header), fix=fix))
+    while header and not any(row[-1] for row in (header, *rows)):
+        header, rows = header[:-1], [row[:-1] for row in rows]
+    if not all(header):
+        where = f"{path}, line {parsed[0][0]}, column {header.index('') + 1}"
+        raise error(message("a column has no name", where=where, fix="name it, or delete the column"))
     if delimiter == ";":
         rows = [
             [cell.replace(",", ".") if re.fullmatch(r"[-+\d,eE]+", cell) else cell for cell in row]

@@ -59,7 +59,8 @@ def colour(
 
     Example:  fluorspar materials colour paper-whitened --uv-cut 400
     """
-    from fluorspar.image.atomic import check_target
+    from fluorspar.cli.options import material_files
+    from fluorspar.image.atomic import check_not_input, check_target
     from fluorspar.spectral.lamp_colour import colour_under_condition, colour_under_lamp
     from fluorspar.spectral.library import material
     from fluorspar.spectral.wavelengths import Wavelengths
@@ -67,6 +68,7 @@ def colour(
     check_plot(plot)
     if output is not None:
         check_target(output)
+        check_not_input(output, illuminant, *material_files(name, library or []))
     grid, seen_by = Wavelengths.parse(wavelengths), _observer(observer)
     made = material(name, library or [])
     if condition is None:

@@ -45,7 +45,7 @@ def fit(
     from dataclasses import replace
 
     from fluorspar.cli.materials.matrices import read_matrix
-    from fluorspar.image.atomic import check_target
+    from fluorspar.image.atomic import check_not_input, check_target
     from fluorspar.spectral.fit_quality import fit_quality
     from fluorspar.spectral.fit_report import report_fit
     from fluorspar.spectral.fitting import fit_material
@@ -59,6 +59,7 @@ def fit(
         expected = f"0 to {_MOST}"
         raise OptionError(message("the rank is impossible", where="--rank", got=rank, expected=expected))
     check_target(output)
+    check_not_input(output, file)
     check_plot(plot)
     grid = None if wavelengths is None else Wavelengths.parse(wavelengths)
     measured = read_matrix(file)

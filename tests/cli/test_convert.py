@@ -1,0 +1,94 @@
+"""`convert`: bandwidth, whites, and files that are not to be touched."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from command_line import CommandLine
+from PIL import Image
+
+from fluorspar import SpectralImage, Wavelengths
+
+GRID = Wavelengths(400, 700, 20)
+METADATA = {"wavelength": list(GRID.values), "wavelength units": "Nanometers"}
+
+
+@pytest.fixture
+def files(fluorspar: CommandLine) -> CommandLine:
+    """A folder with the image a.nc, of two components with standard errors of their own."""
+    radiance = np.zeros((7, 4, 5, len(GRID)))
+    radiance[1:3] = 0.1 + np.random.default_rng(1).random((2, 4, 5, len(GRID)))
+    error = 0.01 * radiance.sum(axis=0)
+    image = SpectralImage.from_arrays(radiance, GRID, error, component_standard_error=0.02 * radiance)
+    image.save("a.nc")
+    return fluorspar
+
+
+def test_the_bandwidth_is_recorded_and_taken_into_account(files: CommandLine) -> None:
+    assert files("convert", "a.nc", "b.exr", "--bandwidth", "30").code == 0
+    assert files("convert", "b.exr", "c.hdr", "--bandwidth", "50").code == 0
+    with SpectralImage.open("b.exr") as once, SpectralImage.open("c.hdr") as twice:
+        assert (once.attrs["bandwidth_nm"], twice.attrs["bandwidth_nm"]) == (30, 50)
+    done = files("convert", "c.hdr", "d.nc", "--bandwidth", "30")
+    assert done.code == 2
+    assert done.says("bands cannot be made narrower", "30 nm FWHM", "50 nm of the image")
+
+
+def test_errors_of_a_component_become_those_of_the_image(files: CommandLine) -> None:
+    assert files("convert", "a.nc", "b.nc", "--component", "direct_reflection").code == 0
+    with SpectralImage.open("b.nc") as image:
+        np.testing.assert_allclose(image.standard_error(), 0.02 * image.total(), rtol=1e-5)
+
+
+@pytest.mark.parametrize("white", ["A", "109.85,100,35.58"])
+def test_a_picture_adapted_to_a_white(files: CommandLine, white: str) -> None:
+    for name, options in (("plain.png", ()), ("adapted.png", ("--white", white))):
+        assert files("convert", "a.nc", name, *options).code == 0
+    plain, adapted = (np.asarray(Image.open(name), float) for name in ("plain.png", "adapted.png"))
+    assert (adapted[..., 2] - adapted[..., 0]).mean() > (plain[..., 2] - plain[..., 0]).mean() + 20
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("b.nc", "--bandwidth", "-20"), "a bandwidth is impossible"),
+        (("b.nc", "--bandwidth", "-20", "--wavelengths", "400:700:20"), "a bandwidth is impossible"),
+        (("b.nc", "--white", "A"), "only a picture is adapted"),
+        (("b.png", "--white", "1,2"), "a white is impossible"),
+        (("b.png", "--white", "1,2,blue"), "a white is not readable"),
+        (("b.png", "--white", "daylight"), "there is no such illuminant"),
+        (("keep.hdr",), "would replace a file that is no part of it"),
+    ],
+)
+def test_bad_options_write_nothing(files: CommandLine, arguments: tuple[str, ...], said: str) -> None:
+    (files.folder / "keep.img").write_bytes(b"precious")
+    before = files.files()
+    done = files("convert", "a.nc", *arguments)
+    assert done.code == 2
+    assert done.says(said)
+    assert files.files() == before
+
+
+class TestEnviData:
+    """A header as GDAL names it, scene.img.hdr, whose data are scene.img."""
+
+    @pytest.fixture
+    def scene(self, files: CommandLine) -> CommandLine:
+        envi = pytest.importorskip("spectral.io.envi")
+        cube = np.ones((2, 3, len(GRID)), np.float32)
+        envi.save_image("scene.hdr", cube, metadata=METADATA, ext=".img")
+        (files.folder / "scene.hdr").rename(files.folder / "scene.img.hdr")
+        return files
+
+    def test_are_not_replaced(self, scene: CommandLine) -> None:
+        before = scene.files()
+        done = scene("convert", "scene.img.hdr", "scene.hdr")
+        assert done.code == 2
+        assert done.says("an image cannot be converted onto itself", "where: scene.img", "got: scene.img")
+        assert scene.files() == before
+
+    def test_are_not_replaced_if_they_have_another_header_too(self, scene: CommandLine) -> None:
+        (scene.folder / "scene.hdr").write_bytes((scene.folder / "scene.img.hdr").read_bytes())
+        before = scene.files()
+        assert scene("convert", "scene.img.hdr", "scene.hdr").says("cannot be converted onto itself")
+        assert scene.files() == before

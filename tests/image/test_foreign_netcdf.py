@@ -1,0 +1,124 @@
+"""NetCDF files of the same layout that another program wrote: xarray, and plain h5py."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from fluorspar.errors import ImageError
+from fluorspar.image.components import TOTAL
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.spectral.wavelengths import Wavelengths
+
+RADIANCE = np.random.default_rng(3).random((1, 3, 4, 5))
+AT = np.array([400.0, 450.0, 500.0, 550.0, 600.0])
+DIMS = ("component", "y", "x", "wavelength")
+
+
+def write(path, values=RADIANCE, at=AT, at_unit="nm", unit="W m-2 sr-1 nm-1", encoding=None):
+    """A data set made and written by xarray; None leaves a unit out."""
+    units = [{} if said is None else {"units": said} for said in (unit, at_unit)]
+    dataset = xr.Dataset(
+        {"radiance": (DIMS, values, units[0])},
+        {"component": [TOTAL], "wavelength": ("wavelength", at, units[1])},
+    )
+    dataset.to_netcdf(path, engine="h5netcdf", encoding={"radiance": encoding or {}})
+
+
+def write_by_h5py(path, values, attrs):
+    """The same with nothing but HDF5, names as text of fixed length."""
+    with h5py.File(path, "w") as file:
+        file["component"] = np.array([b"total"])
+        file["wavelength"] = AT.astype(np.float32)
+        file["wavelength"].attrs["units"] = "nm"
+        for name, size in (("y", 3), ("x", 4)):
+            file[name] = np.arange(size)
+        file["radiance"] = values
+        file["radiance"].attrs.update({"units": "W m-2 sr-1 nm-1"} | attrs)
+        for axis, name in enumerate(DIMS):
+            file[name].make_scale(name)
+            file["radiance"].dims[axis].attach_scale(file[name])
+
+
+class TestNumbers:
+    @pytest.mark.parametrize("dtype", ["float32", "float64"])
+    def test_plain(self, tmp_path, dtype):
+        write(tmp_path / "a.nc", encoding={"dtype": dtype})
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            np.testing.assert_array_equal(image.total(), RADIANCE[0].astype(np.float32))
+            assert image.wavelengths == Wavelengths(400, 600, 50)
+            assert image.attrs == {}
+
+    def test_packed(self, tmp_path):
+        """Steps of 1/30000 and an offset: read to half a step."""
+        values = RADIANCE.copy()
+        values[0, 1, 2] = np.nan
+        encoding = {"dtype": "int16", "scale_factor": 1 / 30000, "add_offset": 0.5, "_FillValue": -32768}
+        write(tmp_path / "a.nc", values, encoding=encoding)
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            np.testing.assert_allclose(image.total(), values[0], rtol=0, atol=0.51 / 30000)
+            assert not image.dataset.radiance.variable._in_memory
+
+    def test_plain_by_h5py(self, tmp_path):
+        write_by_h5py(tmp_path / "a.nc", RADIANCE.astype(np.float32), {})
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            assert image.components == (TOTAL,)
+            np.testing.assert_array_equal(image.total(), RADIANCE[0].astype(np.float32))
+
+    def test_packed_by_h5py(self, tmp_path):
+        packed = np.round(1e4 * RADIANCE).astype(np.int16)
+        write_by_h5py(tmp_path / "a.nc", packed, {"scale_factor": 1e-4})
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            np.testing.assert_allclose(image.total(), packed[0] / 1e4, rtol=1e-6)
+
+
+class TestWavelengths:
+    @pytest.mark.parametrize(("unit", "factor"), [("um", 1e-3), ("micrometer", 1e-3), (None, 1.0)])
+    def test_of_other_units_become_nm(self, tmp_path, unit, factor):
+        write(tmp_path / "a.nc", at=AT * factor, at_unit=unit)
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            assert image.wavelengths == Wavelengths(400, 600, 50)
+            assert image.total().wavelength.attrs["units"] == "nm"
+
+    @pytest.mark.parametrize(("unit", "at"), [("cm-1", AT), (None, AT / 1000)])
+    def test_of_an_unknown_unit_are_refused(self, tmp_path, unit, at):
+        write(tmp_path / "a.nc", at=at, at_unit=unit)
+        with pytest.raises(ImageError, match=r"(?s)unit of the wavelengths is not known.*a\.nc.*'units'"):
+            SpectralImage.open(tmp_path / "a.nc")
+
+    def test_rounded(self, tmp_path):
+        write(tmp_path / "a.nc", at=np.float32([400, 402.501, 405, 407.5, 410]))
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            assert image.wavelengths == Wavelengths(400, 410, 2.5)
+
+    def test_uneven(self, tmp_path):
+        write(tmp_path / "a.nc", at=[400, 460, 500, 550, 600])
+        with pytest.raises(ImageError, match="not evenly spaced"):
+            SpectralImage.open(tmp_path / "a.nc")
+
+
+class TestUnits:
+    @pytest.mark.parametrize("unit", ["W m-2 sr-1 nm-1", "W.m^-2.sr^-1.nm^-1", "W m**-2 nm**-1 sr**-1"])
+    def test_spectral_radiance_in_any_spelling(self, tmp_path, unit):
+        write(tmp_path / "a.nc", unit=unit)
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            assert "unit" not in image.attrs
+            assert image.luminance().attrs["units"] == "cd m-2"
+
+    @pytest.mark.parametrize(("unit", "kept"), [("mW cm-2 sr-1 um-1", None), (None, "not stated")])
+    def test_another_one_is_kept(self, tmp_path, unit, kept):
+        write(tmp_path / "a.nc", unit=unit)
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            assert image.attrs["unit"] == (kept or unit)
+            assert image.luminance().attrs["units"] == "relative"
+            assert "cd/m2" not in repr(image)
+
+
+def test_a_directory_is_called_one(tmp_path):
+    for suffix in (".nc", ".exr", ".hdr"):
+        path = tmp_path / f"folder{suffix}"
+        path.mkdir()
+        with pytest.raises(ImageError, match=r"is a directory"):
+            SpectralImage.open(path)
