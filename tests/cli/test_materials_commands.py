@@ -148,6 +148,58 @@ def test_inspect_a_material_of_factors(fluorspar: CommandLine) -> None:
     assert "FL11" in out
 
 
+def test_inspect_writes_yields_by_wavelength(fluorspar: CommandLine, measured: Path, tmp_path: Path) -> None:
+    good(fluorspar("materials", "inspect", measured.name, "--yields", "yields.csv"))
+    lines = (tmp_path / "yields.csv").read_text().splitlines()
+    assert lines[1] == (
+        "excitation,photon_yield_measured,photon_yield_fit,energy_yield_measured,energy_yield_fit"
+    )
+    table = np.array([[float(cell) for cell in line.split(",")] for line in lines[2:]])
+    assert table[:, 0] == pytest.approx(W)
+    assert table[:, 3] == pytest.approx(np.tril(cells()).sum(axis=0), abs=1e-4)
+    assert table[:, 4] == pytest.approx(table[:, 3], abs=0.02)
+
+
+def test_inspect_does_not_claim_what_cannot_be_told(fluorspar: CommandLine) -> None:
+    """A plain white has no luminescence, so nothing says which way round it is; and there is nothing to fit."""
+    rows = [",".join(["nm", *(f"{w:g}" for w in W)])]
+    rows += [",".join([f"{w:g}", *("0.53" if w == v else "0" for v in W)]) for w in W]
+    fluorspar.write("white.csv", "\n".join(["# quantity: band", "# step: 20", *rows]))
+    out = good(fluorspar("materials", "inspect", "white.csv"))
+    assert "not known without luminescence" in out
+    assert "none: no luminescence beyond noise" in out
+
+
+def test_list_shows_the_fault_of_one_file_and_goes_on(fluorspar: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / "lib").mkdir()
+    fluorspar.write("lib/broken.csv", "a,b\n")
+    out = good(fluorspar("materials", "list", "--library", "lib"))
+    assert "holds no rows of numbers" in out
+    assert "poster-red" in out
+
+
+def test_quality_is_that_of_the_file_written(fluorspar: CommandLine, measured: Path, tmp_path: Path) -> None:
+    """A table by 100 nm cannot show the colour of the sheet; its quality says so, and a warning."""
+    outcome = fluorspar("materials", "fit", measured.name, "-o", "coarse.csv", "--wavelengths", "400:700:100")
+    assert outcome.code == 0, outcome.err
+    assert "coarser than the measurement" in outcome.err
+    difference = re.search(r"to the measurement: D65 ([0-9.]+)", (tmp_path / "coarse.csv").read_text())
+    assert difference is not None
+    assert float(difference[1]) > 1
+
+
+def test_a_dye_from_two_spectra(fluorspar: CommandLine) -> None:
+    fluorspar.write("ex.csv", "# units: photon\n400,0\n450,1\n500,0\n")
+    fluorspar.write("em.csv", "480,0\n530,1\n580,0\n")
+    options = ("--quantum-yield", "0.9", "--strength", "0.5", "-o", "dyed.csv")
+    outcome = fluorspar("materials", "dye", "ex.csv", "em.csv", *options)
+    assert outcome.code == 2
+    assert outcome.says("needs the units", "em.csv", "--units")
+    good(fluorspar("materials", "dye", "ex.csv", "em.csv", "--units", "photon", *options))
+    out = good(fluorspar("materials", "show", "dyed.csv"))
+    assert "excitation peak 450 nm" in out
+
+
 # --- fit
 
 

@@ -20,6 +20,7 @@ from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, OptionE
 from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
 from fluorspar.spectral.colour import CIE_1931
 from fluorspar.spectral.lamp_colour import (
+    WIDE,
     colour_under_condition,
     colour_under_lamp,
     lamp_on,
@@ -203,10 +204,10 @@ def test_adaptation_to_d65_against_colour_science() -> None:
 
 def test_lamp_whose_data_end_is_dark_there_and_that_is_said() -> None:
     with pytest.warns(ExtrapolationWarning, match="FL11: data for 380-780 nm.*no light outside"):
-        light, _ = lamp_on("FL11", GRID)
-    assert not light[W < 380].any()
-    light, words = lamp_on("FL11", GRID, uv_cut=400)  # nothing is missing then, so nothing is said
-    assert not light[W < 400].any()
+        light, _ = lamp_on("FL11", WIDE)
+    assert not light[WIDE.values < 380].any()
+    light, words = lamp_on("FL11", WIDE, uv_cut=400)  # nothing is missing then, so nothing is said
+    assert not light[WIDE.values < 400].any()
     assert "below 400 nm" in words
 
 
@@ -244,7 +245,7 @@ LINE = Spectrum(
 
 
 def test_a_lamp_with_lines_is_used_as_finely_as_it_is_tabulated() -> None:
-    """A line at 546 nm lies between the samples of a 5 nm grid: the default grid follows the lamp, another one warns."""
+    """A line at 546 nm lies between the samples of a 5 nm grid: the default grid follows the lamp, others warn."""
     paint = material("poster-red")
     found = colour_under_lamp(paint, LINE)
     assert found.grid.step == 1

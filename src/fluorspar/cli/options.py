@@ -5,11 +5,23 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
 
 from fluorspar.errors import OptionError, message
 from fluorspar.spectral.library import ENVIRONMENT
 
-__all__ = ["material_files", "pairs", "size_of", "white_of"]
+__all__ = ["LibraryOption", "material_files", "pairs", "size_of", "white_of"]
+
+LibraryOption: TypeAlias = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--library",
+        metavar="DIR",
+        help="A folder with materials of your own. May be repeated; the variable FLUORSPAR_MATERIALS does the same.",
+    ),
+]
 
 
 def size_of(text: str | None) -> tuple[int, int] | None:

@@ -8,7 +8,7 @@ from typing import Annotated, cast
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import pairs, size_of
+from fluorspar.cli.options import LibraryOption, pairs, size_of
 from fluorspar.cli.staged import print_timings, staged_options
 from fluorspar.spectral.donaldson import Stokes
 
@@ -57,6 +57,7 @@ def render(
             metavar="ID=NAME", help="Give a surface another material, by shape or BSDF id. May be repeated."
         ),
     ] = None,
+    library: LibraryOption = None,
     define: Annotated[
         list[str] | None,
         typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in the scene file. May be repeated."),
@@ -146,6 +147,7 @@ def render(
         materials=pairs(material or [], "--material"),
         matte=matte,
         parameters=pairs(define or [], "-D") | ({"mesh": str(mesh)} if mesh else {}),
+        library=library or [],
     )
     with console.progress_bar(f"rendering {scene}") as progress:
         image = render_scene(

@@ -60,7 +60,7 @@ def estimate(
     from fluorspar.paths.trace import Tracer
     from fluorspar.scene.trace_scene import build_trace_scene
 
-    matrices = [made.on(grid, stokes=stokes) for made in scene.materials]
+    matrices = scene.matrices(grid, stokes)
     tables = spectral_tables(matrices, [light.spectrum.on(grid) for light in scene.lights])
     settings = scene.settings
     pixels = settings.width * settings.height

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fluorspar.errors import OptionError, SceneError, SceneNotice, message
+from fluorspar.errors import FluorsparError, OptionError, SceneError, SceneNotice, message
 from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
 from fluorspar.scene.nodes import build, children, kind, label, parse_scene, resolving
 from fluorspar.scene.renderer import SPECTRUM_VARIANT, use_variant
 from fluorspar.scene.surfaces import Light, Surface, read_surfaces
+from fluorspar.spectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.spectral.material import Material
+from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["MOST_SAMPLES", "UNLIMITED", "Scene", "Settings", "load_scene", "whole"]
 
@@ -124,6 +126,30 @@ class Scene:
             lines.append(f"  material {made.name}{' (fluorescent)' if made.fluorescent else ''}: on {on}")
         return "\n".join(lines)
 
+    def matrices(self, grid: Wavelengths, stokes: Stokes = "half") -> list[DonaldsonMatrix]:
+        """Return the Donaldson matrices of all materials on a grid, by row of the table.
+
+        Parameters
+        ----------
+        grid
+            N wavelengths.
+        stokes
+            See `DonaldsonMatrix`.
+
+        Raises
+        ------
+        MaterialError, SpectrumError
+            As `Material.on`; the message says on which surfaces the material is.
+        """
+        found = []
+        for row, made in enumerate(self.materials):
+            try:
+                found.append(made.on(grid, stokes=stokes))
+            except FluorsparError as err:
+                on = ", ".join(s.name for s in self.surfaces if row in (s.front, s.back))
+                raise type(err)(f"{err}\n  in:       material of {on}") from err
+        return found
+
     def with_settings(self, **changes: int | None) -> Scene:
         """Copy the scene with some settings changed; None leaves a setting as it is."""
         return replace(
@@ -161,6 +187,7 @@ def load_scene(
     materials: Mapping[str, str | Path | Material] | None = None,
     matte: bool = False,
     parameters: Mapping[str, object] | None = None,
+    library: Sequence[str | Path] = (),
 ) -> Scene:
     """Load a Mitsuba 3 scene with fluorescent surfaces.
 
@@ -176,6 +203,9 @@ def load_scene(
         environment maps as constant light, with a warning each.
     parameters
         Values for the `$key` substitutions of an XML file.
+    library
+        Folders with materials of your own, looked into before those of the environment variable
+        `FLUORSPAR_MATERIALS` and the shipped ones.
 
     Returns
     -------
@@ -207,7 +237,7 @@ def load_scene(
     with use_variant(SPECTRUM_VARIANT), resolving(base):
         state = parse_scene(read, values)
         settings = _settings(state)
-        table = read_surfaces(state, base=base, overrides=materials or {}, matte=matte)
+        table = read_surfaces(state, base=base, overrides=materials or {}, matte=matte, library=library)
     return Scene(
         name, tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, state, base
     )

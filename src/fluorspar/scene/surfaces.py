@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -79,7 +79,12 @@ class SurfaceTable:
 
 
 def read_surfaces(
-    state: Any, *, base: Path, overrides: Mapping[str, str | Path | Material], matte: bool
+    state: Any,
+    *,
+    base: Path,
+    overrides: Mapping[str, str | Path | Material],
+    matte: bool,
+    library: Sequence[str | Path] = (),
 ) -> SurfaceTable:
     """Find the material rows and light rows of all shapes of a parsed scene.
 
@@ -93,26 +98,34 @@ def read_surfaces(
         Materials from outside, by shape or BSDF id.
     matte
         Render what is not matte as a diffuse surface of its average reflectance, with a warning.
+    library
+        Folders in which materials are looked for first.
 
     Raises
     ------
     SceneError
         If a plugin cannot be handled, an id is unknown, or there is no light.
     """
-    return _Reader(state, base, overrides, matte).read()
+    return _Reader(state, base, overrides, matte, library).read()
 
 
 class _Reader:
     """Walks over the nodes once; each distinct BSDF becomes one row, however many shapes use it."""
 
     def __init__(
-        self, state: Any, base: Path, overrides: Mapping[str, str | Path | Material], matte: bool
+        self,
+        state: Any,
+        base: Path,
+        overrides: Mapping[str, str | Path | Material],
+        matte: bool,
+        library: Sequence[str | Path],
     ) -> None:
         self.state = state
         self.base = base
         self.overrides = dict(overrides)
         self.unused = set(overrides)
         self.matte = matte
+        self.library = library
         self.table = SurfaceTable()
         self.row_of_node: dict[int, int] = {}
         self.row_of_override: dict[str, int] = {}
@@ -231,7 +244,7 @@ class _Reader:
         if name not in self.row_of_override:
             chosen = self.overrides[name]
             self.row_of_override[name] = self.add(
-                chosen if isinstance(chosen, Material) else material(chosen)
+                chosen if isinstance(chosen, Material) else material(chosen, self.library)
             )
         return self.row_of_override[name]
 
@@ -285,7 +298,7 @@ class _Reader:
         if "material" in props:
             name_or_file = props["material"]
             beside = self.base / name_or_file
-            made = material(beside if beside.is_file() else name_or_file)
+            made = material(beside if beside.is_file() else name_or_file, self.library)
         elif "donaldson" in props:
             made = material(self.base / props["donaldson"])
         else:

@@ -39,7 +39,7 @@ class FitReport:
         measured colour itself is uncertain by about the difference.
     photon_yield, energy_yield : ndarray of shape (N,)
         Of the fit, per excitation wavelength, reflection included.
-    measured_photon_yield : ndarray of shape (N,)
+    measured_photon_yield, measured_energy_yield : ndarray of shape (N,)
         Of the measurement, what is above its diagonal left out.
     """
 
@@ -50,6 +50,7 @@ class FitReport:
     photon_yield: Array
     energy_yield: Array
     measured_photon_yield: Array
+    measured_energy_yield: Array
 
 
 def report_fit(measured: MeasuredMatrix, material: Material, step: float | None = None) -> FitReport:
@@ -112,6 +113,7 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
         fitted.photon_yield(),
         fitted.energy_yield(),
         stokes.photon_yield(),
+        stokes.energy_yield(),
     )
 
 

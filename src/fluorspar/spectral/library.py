@@ -25,7 +25,7 @@ ENVIRONMENT = "FLUORSPAR_MATERIALS"
 """Environment variable with more folders of material files, separated as in PATH."""
 
 _SUFFIXES = (".csv", ".bfc")
-_MIXTURE = re.compile(r"^(?P<name>[^,]+):(?P<weight>[0-9.eE+-]+)$")
+_MIXTURE = re.compile(r"^(?P<name>[^,]+?)\s*:\s*(?P<weight>[0-9.eE+-]+)$")
 
 
 def material(name: str | Path, directories: Sequence[str | Path] = ()) -> Material:

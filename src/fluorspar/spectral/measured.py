@@ -131,6 +131,17 @@ class MeasuredMatrix:
         reflected = np.where(self._is_diagonal(), self.cells, 0.0).sum(axis=0)
         return np.asarray(reflected + photon_yield(self._luminescent_cells(), self.emission, self.excitation))
 
+    def energy_yield(self) -> Array:
+        """Return energy out per energy in, ndarray of shape (P,); S counts where it was measured.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 500.0])
+        >>> MeasuredMatrix(w, w, [[0.1, 0], [0.4, 0.7]]).energy_yield()
+        array([0.5, 0.7])
+        """
+        return np.asarray(self.cells.sum(axis=0))
+
     def scaled_luminescence(self, factor: float) -> MeasuredMatrix:
         """Return it with the luminescent cells times `factor` and S as it is."""
         return replace(self, cells=np.where(self._is_diagonal(), self.cells, factor * self.cells))
@@ -314,7 +325,7 @@ def read_donaldson_csv(path: str | Path) -> MeasuredMatrix:
         )
         got, expected = f"{len(excitation)} wavelengths", f"{cells.shape[1]}, two or more"
         raise MaterialError(message(fault, where=path, got=got, expected=expected, fix=fix))
-    _check_rows(table)
+    _check_rows(table, excitation)
     found = float(np.diff(excitation).mean())
     if abs(found - step) > _SAME:
         fault = "the step of a Donaldson file is not that of its excitation wavelengths"
@@ -353,15 +364,19 @@ def _header_wavelengths(table: Table) -> Array:
     return np.array(found)
 
 
-def _check_rows(table: Table) -> None:
+def _check_rows(table: Table, excitation: Array) -> None:
     """Name the line and cell of what `MeasuredMatrix` would refuse."""
     for k, (line, row) in enumerate(zip(table.lines, table.rows, strict=True)):
         if not np.all(np.isfinite(row)):
-            place = int(np.argmin(np.isfinite(row))) + 1
-            fault = "a Donaldson matrix holds a value that is not a finite number"
-            raise MaterialError(
-                message(fault, where=f"{table.where}, line {line}, cell {place}", got=row[place - 1])
+            place = int(np.argmin(np.isfinite(row)))
+            where = f"{table.where}, line {line}, cell {place + 1}"
+            if place:
+                where += f" (emission {row[0]:g} nm, excitation {excitation[place - 1]:g} nm)"
+            fault, fix = (
+                "a Donaldson matrix holds a value that is not a finite number",
+                "measure or interpolate it",
             )
+            raise MaterialError(message(fault, where=where, got=row[place], fix=fix))
         if k and row[0] <= table.rows[k - 1, 0]:
             fault = "the emission wavelengths of a Donaldson matrix do not ascend"
             got = f"{table.rows[k - 1, 0]:g} nm, then {row[0]:g} nm"

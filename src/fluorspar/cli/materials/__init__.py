@@ -1,10 +1,11 @@
-"""`fluorspar materials`: the library of materials, measured matrices, fits, and colours under lamps."""
+"""`fluorspar materials`: the library of materials, measured matrices, fits, dyes, and colours under lamps."""
 
 from __future__ import annotations
 
 import typer
 
 from fluorspar.cli.materials.colours import colour
+from fluorspar.cli.materials.dyes import dye
 from fluorspar.cli.materials.fits import fit
 from fluorspar.cli.materials.inspection import inspect
 from fluorspar.cli.materials.listing import list_materials
@@ -13,7 +14,7 @@ from fluorspar.cli.materials.showing import show
 __all__ = ["materials"]
 
 materials = typer.Typer(
-    help="Materials: the library, measured matrices, fits, and colours under lamps.\n\n"
+    help="Materials: the library, measured matrices, fits, dyes, and colours under lamps.\n\n"
     "Example:  fluorspar materials list",
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -22,11 +23,12 @@ materials = typer.Typer(
 
 @materials.callback()
 def _materials() -> None:
-    """Materials: the library, measured matrices, fits, and colours under lamps."""
+    """Materials: the library, measured matrices, fits, dyes, and colours under lamps."""
 
 
 materials.command("list")(list_materials)
 materials.command("show")(show)
 materials.command("inspect")(inspect)
 materials.command("fit")(fit)
+materials.command("dye")(dye)
 materials.command("colour")(colour)

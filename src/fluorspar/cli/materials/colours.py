@@ -9,7 +9,6 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.materials.common import (
-    LibraryOption,
     MaterialArgument,
     PlotOption,
     check_plot,
@@ -17,6 +16,7 @@ from fluorspar.cli.materials.common import (
     swatch,
     write_plot,
 )
+from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
@@ -59,7 +59,6 @@ def colour(
 
     Example:  fluorspar materials colour paper-whitened --uv-cut 400
     """
-    from fluorspar.cli.options import material_files
     from fluorspar.image.atomic import check_not_input, check_target
     from fluorspar.spectral.lamp_colour import colour_under_condition, colour_under_lamp
     from fluorspar.spectral.library import material

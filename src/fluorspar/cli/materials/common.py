@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
-    "LibraryOption",
     "MaterialArgument",
     "PlotOption",
     "check_plot",
@@ -31,14 +30,6 @@ MaterialArgument: TypeAlias = Annotated[
     typer.Argument(
         metavar="NAME|FILE",
         help="A material of the library, a file (.csv, .bfc), or a mixture such as A:0.3,B:0.7.",
-    ),
-]
-LibraryOption: TypeAlias = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--library",
-        metavar="DIR",
-        help="A folder with materials of your own. May be repeated; the variable FLUORSPAR_MATERIALS does the same.",
     ),
 ]
 PlotOption: TypeAlias = Annotated[

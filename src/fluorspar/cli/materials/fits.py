@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +11,7 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.materials.common import PlotOption, check_plot, write_plot
-from fluorspar.errors import OptionError, message
+from fluorspar.errors import ApproximationWarning, OptionError, message
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["fit"]
@@ -33,7 +34,7 @@ def fit(
             help="Wavelengths of the file in nm. [default: the measured, 300 to 780]",
         ),
     ] = None,
-    name: Annotated[str, typer.Option(help="Name of the material. [default: that of the output file]")] = "",
+    name: Annotated[str, typer.Option(help="Title of the material. [default: the output file's name]")] = "",
     description: Annotated[str, typer.Option(help="What it is.")] = "",
     credit: Annotated[str, typer.Option(help="Who measured it.")] = "",
     plot: PlotOption = None,
@@ -72,14 +73,17 @@ def fit(
             description=description,
             credit=credit,
         )
-        coarse, fine = (
-            report_fit(measured, found.material, step) for step in (measured.step, measured.step / 2)
-        )
-    found = replace(found, material=replace(found.material, quality=fit_quality(found, coarse, fine)))
-    made = found.material if grid is None else resampled(found.material, grid)
-    write_material(output, made)
-    console.out.print(repr(made), markup=False, highlight=False)
+        made = found.material if grid is None else resampled(found.material, grid)
+        coarse, fine = (report_fit(found.measured, made, step) for step in (measured.step, measured.step / 2))
+    found = replace(found, material=replace(made, quality=fit_quality(found, coarse, fine)))
+    if grid is not None and grid.step > measured.step + 1e-6:
+        text = f"a table by {grid.step:g} nm is coarser than the measurement, by {measured.step:g} nm"
+        warnings.warn(f"{text}: see the CIEDE2000 it costs", ApproximationWarning, stacklevel=2)
+    write_material(output, found.material)
+    console.out.print(repr(found.material), markup=False, highlight=False)
     console.out.print(f"wrote {output}", markup=False, highlight=False)
+    text = f"name it as {output}, or as {output.stem} with --library {output.parent}"
+    console.out.print(text, markup=False, highlight=False)
     if plot is not None:
         from fluorspar.measure.material_figures import fit_figure
 

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.materials.common import (
-    LibraryOption,
     PlotOption,
     check_plot,
     hexadecimal,
     swatch,
     write_plot,
 )
+from fluorspar.cli.options import LibraryOption
+from fluorspar.errors import OptionError, message
+from fluorspar.image.atomic import check_not_input, check_target
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -37,11 +40,17 @@ def inspect(
         typer.Argument(metavar="FILE|NAME", help="A measured matrix (.bfc, .csv), a material file or name."),
     ],
     plot: PlotOption = None,
+    yields: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.csv", help="Write photon and energy yield of every excitation wavelength here."
+        ),
+    ] = None,
     library: LibraryOption = None,
 ) -> None:
     """Say what a file holds. Checks, noise, yields, how well 1, 2, ... fluorophores fit, colours under lamps.
 
-    Example:  fluorspar materials inspect sheet.bfc --plot sheet.png
+    Example:  fluorspar materials inspect sheet.bfc --plot sheet.png --yields yields.csv
     """
     from fluorspar.cli.materials.matrices import find_matrix
     from fluorspar.spectral.library import material
@@ -49,19 +58,31 @@ def inspect(
 
     check_plot(plot)
     path = Path(file)
+    if yields is not None:
+        check_target(yields)
+        check_not_input(yields, path)
+    if path.is_file() and path.suffix.lower() not in (".bfc", ".csv"):
+        fault, fix = "the suffix names no kind of material file", "rename the file"
+        raise OptionError(message(fault, where=file, expected=".bfc or .csv", fix=fix))
     measured = find_matrix(path) if path.suffix.lower() in (".bfc", ".csv") else None
     if measured is None:
-        made = material(file, library or [])
+        made, chosen = material(file, library or []), None
+        colours = _colours(made)
         console.out.print(repr(made), markup=False, highlight=False)
         _yields(made)
-        console.out.print(_colours(made))
-        chosen = None
+        console.out.print(colours)
     else:
-        fits = _describe(measured, path)
-        chosen = fits[None][0]
+        with console.err.status("fitting") as status:
+            fits = _fits(measured, path, status.update)
+        chosen = fits[0].fit
         made = Material.from_matrix(path.stem, measured)
+        colours = _colours(made, chosen.material)  # before anything is printed: it may find faults
+        _describe(measured, path, chosen)
         console.out.print(_qualities(fits))
-        console.out.print(_colours(made, chosen.material))
+        console.out.print(colours)
+    if yields is not None:
+        _write_yields(yields, made, None if chosen is None else fits[0].coarse)
+        console.out.print(f"wrote {yields}", markup=False, highlight=False)
     if plot is not None:
         from fluorspar.measure.material_figures import fit_figure, material_figure
 
@@ -69,71 +90,123 @@ def inspect(
         console.out.print(f"wrote {plot}", markup=False, highlight=False)
 
 
+class _Fit(NamedTuple):
+    """A fit of so many fluorophores, and how good it is at the step of the measurement and at half of it."""
+
+    asked: int | None
+    fit: MaterialFit
+    coarse: FitReport
+    fine: FitReport
+
+
 def _line(label: str, text: str) -> None:
     console.out.print(f"  {label + ':':<15}{text}", markup=False, highlight=False)
 
 
-def _describe(
-    measured: MeasuredMatrix, path: Path
-) -> dict[int | None, tuple[MaterialFit, FitReport, FitReport]]:
-    """Print what a matrix is and its checks; return fits by rank, the one that the data choose under None."""
-    import numpy as np
-
+def _fits(measured: MeasuredMatrix, path: Path, tell: Callable[[str], None]) -> list[_Fit]:
+    """Fit as many fluorophores as the data call for, which comes first, and 1 and 2."""
     from fluorspar.spectral.fit_report import report_fit
     from fluorspar.spectral.fitting import fit_material
 
+    found: list[_Fit] = []
+    for rank in (None, 1, 2):
+        tell(f"fitting {rank or 'as many'} fluorophores")
+        fit = fit_material(measured, rank, name=path.stem)
+        if rank is None or (found[0].fit.rank and rank != found[0].fit.rank):
+            steps = (measured.step, measured.step / 2)
+            found.append(_Fit(rank, fit, *(report_fit(fit.measured, fit.material, step) for step in steps)))
+    return found
+
+
+def _describe(measured: MeasuredMatrix, path: Path, chosen: MaterialFit) -> None:
+    """Print what a matrix is and its checks."""
+    import numpy as np
+
     em, ex, h = measured.emission, measured.excitation, measured.step
     kind = "Labsphere BFC-450 matrix" if path.suffix.lower() == ".bfc" else "Donaldson matrix"
-    console.out.print(f"{path.name}: {kind}, band-weighted", markup=False, highlight=False)
+    console.out.print(f"{path.name}: {kind}", markup=False, highlight=False)
     _line("emission", f"{em[0]:g}-{em[-1]:g} nm by {h:g}, {len(em)} rows")
     _line("excitation", f"{ex[0]:g}-{ex[-1]:g} nm by {h:g}, {len(ex)} columns")
     shift = em[:, None] - ex[None, :]
     cells = h * measured.density
     above, below = float(cells[shift < -1e-6].sum()), float(cells[shift > 1e-6].sum())
-    _line("orientation", f"rows are emission: {below:.3g} below the diagonal, {above:.3g} above")
+    rows = "rows are emission" if chosen.rank else "not known without luminescence"
+    _line("orientation", f"{rows}: {below:.3g} below the diagonal, {above:.3g} above")
     S = measured.reflectance
     _line(
         "diagonal", f"{S.support[0]:g}-{S.support[1]:g} nm, from {S.values.min():.3g} to {S.values.max():.3g}"
     )
-    photons = measured.photon_yield()
-    energy = np.array(measured.cells.sum(axis=0))
-    for label, values in (("photon yield", photons), ("energy yield", energy)):
-        worst = int(values.argmax())
-        _line(label, f"at most {values[worst]:.3f}, at {ex[worst]:g} nm; S included")
-    fits: dict[int | None, tuple[MaterialFit, FitReport, FitReport]] = {}
-    with console.err.status("fitting") as status:
-        for rank in (None, 1, 2):
-            status.update(f"fitting {rank or 'as many'} fluorophores")
-            found = fit_material(measured, rank, name=path.stem)
-            if not fits or rank != fits[None][0].rank:
-                coarse, fine = (report_fit(measured, found.material, step) for step in (h, h / 2))
-                fits[rank] = (found, coarse, fine)
-    noise = fits[None][0].noise
+    for label, values in (
+        ("photon yield", measured.photon_yield()),
+        ("energy yield", measured.energy_yield()),
+    ):
+        worst = int(np.argmax(values))
+        reflected = S.support[0] <= ex[worst] <= S.support[1]
+        counted = "what is reflected included" if reflected else "reflectance not measured there"
+        _line(label, f"at most {values[worst]:.3f}, at {ex[worst]:g} nm; {counted}")
+    noise = chosen.noise
     _line(
         "noise",
         f"{noise.white:.4f} per cell, {noise.near:.4f} beside the diagonal, {noise.offset:.4f} per column",
     )
-    chosen = fits[None][0].rank
+    if any(noise.common):
+        offset, tilt = noise.common
+        _line(
+            "zero error",
+            f"{offset:.4f}, tilted by {tilt:.4f}, in all columns; taken off",
+        )
     _line(
-        "fluorophores", f"{chosen}, as the data call for" if chosen else "none: no luminescence beyond noise"
+        "fluorophores",
+        f"{chosen.rank}, as the data call for" if chosen.rank else "none: no luminescence beyond noise",
     )
-    return fits
 
 
-def _qualities(fits: dict[int | None, tuple[MaterialFit, FitReport, FitReport]]) -> Table:
+def _qualities(fits: list[_Fit]) -> Table:
     from rich.table import Table
 
-    lights = list(fits[None][1].delta_e)
-    table = Table(
-        "rank", *lights, f"D65, {fits[None][2].grid.step:g} nm", "unexplained", box=None, pad_edge=False
-    )
-    table.title, table.title_justify, table.title_style = "CIEDE2000 between fit and measurement", "left", ""
-    for key, (fit, coarse, fine) in sorted(fits.items(), key=lambda item: item[1][0].rank):
-        differences = [f"{coarse.delta_e[light]:.2f}" for light in lights]
-        unexplained = f"{100 * fit.unexplained:.0f} %"
-        mark = f"{fit.rank} chosen" if key is None else f"{fit.rank}"
-        table.add_row(mark, *differences, f"{fine.delta_e['D65']:.2f}", unexplained)
+    lights = list(fits[0].coarse.delta_e)
+    headings = [*lights, f"D65, {fits[0].fine.grid.step:g} nm", "all cells", "unexplained"]
+    table = Table("rank", *headings, box=None, pad_edge=False)
+    title = "CIEDE2000 between fit and measurement: diagonal and below, or all cells (D65)"
+    table.title, table.title_justify, table.title_style = title, "left", ""
+    for asked, fit, coarse, fine in sorted(
+        fits, key=lambda one: one.fit.rank if one.asked is None else one.asked
+    ):
+        differences = [
+            *(coarse.delta_e[light] for light in lights),
+            fine.delta_e["D65"],
+            coarse.delta_e_all_cells,
+        ]
+        mark = f"{fit.rank} chosen" if asked is None else f"{asked}"
+        table.add_row(mark, *(f"{value:.2f}" for value in differences), f"{100 * fit.unexplained:.0f} %")
     return table
+
+
+def _write_yields(path: Path, made: Material, report: FitReport | None) -> None:
+    """Write yields by excitation wavelength: of a material, or of a fit and of the measurement."""
+    from fluorspar.errors import ExtrapolationWarning
+    from fluorspar.image.atomic import replacing
+    from fluorspar.spectral.wavelengths import Wavelengths
+
+    if report is None:
+        grid = Wavelengths(300, 780, 5)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ExtrapolationWarning)
+            D = made.on(grid)
+        columns = {"photon_yield": D.photon_yield(), "energy_yield": D.energy_yield()}
+    else:
+        grid = report.grid
+        columns = {
+            "photon_yield_measured": report.measured_photon_yield,
+            "photon_yield_fit": report.photon_yield,
+            "energy_yield_measured": report.measured_energy_yield,
+            "energy_yield_fit": report.energy_yield,
+        }
+    lines = ["# what is reflected is included", f"excitation,{','.join(columns)}"]
+    for row in zip(grid.values, *columns.values(), strict=True):
+        lines.append(",".join(f"{value:.6g}" for value in row))
+    with replacing(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _yields(made: Material) -> None:

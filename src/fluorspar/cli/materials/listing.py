@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.materials.common import LibraryOption, swatch
+from fluorspar.cli.materials.common import swatch
+from fluorspar.cli.options import LibraryOption
 
 if TYPE_CHECKING:
     from fluorspar.spectral.material import Material
@@ -28,14 +29,18 @@ def list_materials(
     from rich.table import Table
     from rich.text import Text
 
-    from fluorspar.errors import ExtrapolationWarning
+    from fluorspar.errors import ExtrapolationWarning, FluorsparError
     from fluorspar.spectral.lamp_colour import colour_under_lamp
     from fluorspar.spectral.library import material, materials
 
     folders = library or []
     table = Table("", "name", "fluoresces, nm", "description", box=None, pad_edge=False)
     for name in materials(folders):
-        made = material(name, folders)
+        try:
+            made = material(name, folders)
+        except FluorsparError as err:  # one file that is no material must not hide the others
+            table.add_row("", Text(name), "", Text(str(err).splitlines()[0], style="red"))
+            continue
         with warnings.catch_warnings():  # `show` says where the data end; a list has no room
             warnings.simplefilter("ignore", ExtrapolationWarning)
             rgb = colour_under_lamp(made, "D65").srgb

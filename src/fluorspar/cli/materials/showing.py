@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from fluorspar.cli import console
 from fluorspar.cli.materials.common import (
-    LibraryOption,
     MaterialArgument,
     PlotOption,
     check_plot,
     write_plot,
 )
+from fluorspar.cli.options import LibraryOption
 
 __all__ = ["show"]
 
