@@ -11,9 +11,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import OptionError, SceneError, message
+from fluorspar.scene.correspondences import (
+    check_depths,
+    check_magnification,
+    check_pixels,
+    check_points,
+    check_scatter,
+    distinct,
+    is_exact,
+    perspective_design,
+    spread,
+)
 from fluorspar.scene.nodes import build, copy_nodes, resolving
 from fluorspar.scene.renderer import SPECTRUM_VARIANT, use_variant
-from fluorspar.scene.scene import Scene, film_node, sensor_node
+from fluorspar.scene.scene import Scene, sensor_node
+from fluorspar.scene.trace_scene import set_film
 
 __all__ = ["MODELS", "Camera", "Projection", "camera_of", "estimate_projection"]
 
@@ -22,7 +34,7 @@ Array = NDArray[np.float64]
 MODELS = {"linear": 3, "affine": 4, "perspective": 6}
 """Kinds of projections that can be estimated, and how many correspondences each needs."""
 
-_DEGENERATE = 1e-7  # smallest singular value over largest, of normalised coordinates
+_PLANAR = 1e-7  # smallest singular value over largest, of normalised coordinates
 
 
 @dataclass(frozen=True)
@@ -111,6 +123,8 @@ def camera_of(scene: Scene) -> Camera:
     ------
     SceneError
         If it is not a perspective camera (`perspective` or `thinlens`, then of the lens centre).
+    OptionError
+        If the size is changed although the film has a crop window.
 
     Examples
     --------
@@ -119,12 +133,8 @@ def camera_of(scene: Scene) -> Camera:
     >>> camera.project([278, 273, 0]).round(6)
     array([256., 256.])
     """
-    import warnings
-
     state = copy_nodes(scene.nodes)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # about several cameras, said on loading
-        index, film = sensor_node(state), film_node(state)
+    index = sensor_node(state)
     plugin = state.nodes[index].props.plugin_name()
     if plugin not in ("perspective", "thinlens"):
         raise SceneError(
@@ -132,13 +142,10 @@ def camera_of(scene: Scene) -> Camera:
                 "points cannot be projected by this camera", got=plugin, expected="perspective or thinlens"
             )
         )
-    settings = scene.settings
-    props = state.nodes[film].props if film is not None else {}
-    if film is not None and not ("crop_width" in props or "crop_height" in props):
-        props["width"], props["height"] = settings.width, settings.height
     with use_variant(SPECTRUM_VARIANT), resolving(scene.base):
         import mitsuba as mi
 
+        set_film(state, scene)
         sensor = build(state, index)
         values = mi.traverse(sensor)
         size = np.array(sensor.film().size(), dtype=np.float64)
@@ -157,7 +164,7 @@ def camera_of(scene: Scene) -> Camera:
             [0.0, 0.0, 1.0],
         ]
     )
-    return Camera(intrinsic @ np.linalg.inv(to_world)[:3], settings.width, settings.height)
+    return Camera(intrinsic @ np.linalg.inv(to_world)[:3], scene.settings.width, scene.settings.height)
 
 
 def estimate_projection(points: ArrayLike, pixels: ArrayLike, model: str | None = None) -> Projection:
@@ -171,9 +178,9 @@ def estimate_projection(points: ArrayLike, pixels: ArrayLike, model: str | None 
         Where they appear.
     model
         "linear": pixels = M x with M of 2 x 3, from 3 points on, for coordinates relative to a common origin
-        (the paper's Eq. 16); "affine": 2 x 4, from 4 points on; "perspective": 3 x 4, from 6 points not in
-        one plane on, by the normalised direct linear transform. Default: the last of these for which there
-        are enough points, where they are not in one plane.
+        (the paper's Eq. 16); "affine": 2 x 4, from 4 points on; "perspective": 3 x 4, from 6 points on, two
+        of them off any plane, by the normalised direct linear transform. Default: the last of these for
+        which there are enough different points, where they are not in one plane.
 
     Returns
     -------
@@ -183,7 +190,9 @@ def estimate_projection(points: ArrayLike, pixels: ArrayLike, model: str | None 
     Raises
     ------
     OptionError
-        If there are too few points, or they do not determine the projection.
+        If there are too few points, or they do not determine the projection: they lie in one plane (for a
+        perspective: all but one do), on a critical surface, or so that the noise of a pixel is magnified more
+        than 10 times in the box around the points, as estimated from the points and the residuals.
 
     References
     ----------
@@ -209,78 +218,79 @@ def estimate_projection(points: ArrayLike, pixels: ArrayLike, model: str | None 
     if not (np.isfinite(x).all() and np.isfinite(u).all()):
         raise OptionError(message("a coordinate is not a finite number", expected="finite points and pixels"))
     if model is None:
-        possible = [name for name, least in MODELS.items() if len(x) >= least]
-        planar = len(x) >= 4 and _spread(x - x.mean(axis=0))[2] < _DEGENERATE
+        possible = [name for name, least in MODELS.items() if len(distinct(x)) >= least]
+        planar = len(x) >= 4 and spread(x - x.mean(axis=0))[2] < _PLANAR
         model = "linear" if not possible or planar else possible[-1]
     if model not in MODELS:
         raise OptionError(message("there is no such projection", got=repr(model), expected=", ".join(MODELS)))
-    if len(x) < MODELS[model]:
+    count = len(distinct(x)) if model == "perspective" else len(x)
+    if count < MODELS[model]:
         raise OptionError(
             message(
                 f"there are too few points for a projection that is {model}",
-                got=len(x),
+                got=count if count == len(x) else f"{count} distinct points, {len(x)} in all",
                 expected=f"{MODELS[model]} or more",
             )
         )
-    matrix = _perspective(x, u) if model == "perspective" else _linear(x, u, model)
-    found = Projection(matrix, np.zeros((0, 2)), model)
-    return Projection(matrix, found.project(x) - u, model)
+    check_points(x, model)
+    check_pixels(u, model)
+    return _perspective(x, u) if model == "perspective" else _linear(x, u, model)
 
 
-def _linear(x: Array, u: Array, model: str) -> Array:
+def _linear(x: Array, u: Array, model: str) -> Projection:
     """Least squares for 2 x 3 and 2 x 4 matrices."""
     if model == "linear":
-        _check(_spread(x)[2], "lie in one plane with the origin")
-        return np.asarray(np.linalg.lstsq(x, u, rcond=None)[0].T)
-    centre = x.mean(axis=0)
-    _check(_spread(x - centre)[2], "lie in one plane")
-    part = np.linalg.lstsq(x - centre, u - u.mean(axis=0), rcond=None)[0].T
-    return np.column_stack([part, u.mean(axis=0) - part @ centre])
+        matrix = np.linalg.lstsq(x, u, rcond=None)[0].T
+    else:
+        centre = x.mean(axis=0)
+        part = np.linalg.lstsq(x - centre, u - u.mean(axis=0), rcond=None)[0].T
+        matrix = np.column_stack([part, u.mean(axis=0) - part @ centre])
+    found = _with_residuals(matrix, x, u, model)
+    if len(x) == MODELS[model] or not is_exact(found.residuals, u):
+        check_points(x, model, exact=False)
+        check_pixels(u, model, found.rms)
+
+        def design(points: Array) -> Array:
+            columns = [points] if model == "linear" else [points - centre, np.ones((len(points), 1))]
+            return np.hstack(columns)[:, np.newaxis]
+
+        check_magnification(x, design, MODELS[model])
+    return found
 
 
-def _perspective(x: Array, u: Array) -> Array:
+def _perspective(x: Array, u: Array) -> Projection:
     """Normalised direct linear transform; the third row has unit length, so depths are in scene units."""
-    _check(_spread(x - x.mean(axis=0))[2], "lie in one plane")
     t3, t2 = _normalising(x), _normalising(u)
     xh = np.column_stack([x, np.ones(len(x))]) @ t3.T
     uh = np.column_stack([u, np.ones(len(u))]) @ t2.T
     zero = np.zeros_like(xh)
     rows = np.concatenate([np.hstack([xh, zero, -uh[:, :1] * xh]), np.hstack([zero, xh, -uh[:, 1:2] * xh])])
-    _, sizes, vectors = np.linalg.svd(rows)
-    _check(sizes[10] / sizes[0], "do not determine a perspective (they lie on a critical surface)")
+    _, sizes, vectors = np.linalg.svd(rows, full_matrices=False)
+    check_scatter(max(sizes[11], _PLANAR * sizes[0]), sizes[10])
     matrix = np.linalg.inv(t2) @ vectors[-1].reshape(3, 4) @ t3
     matrix /= np.linalg.norm(matrix[2, :3])
     depth = x @ matrix[2, :3] + matrix[2, 3]
-    return np.asarray(-matrix if np.median(depth) < 0 else matrix)
+    matrix = -matrix if np.median(depth) < 0 else matrix
+    check_depths(x, matrix)
+    found = _with_residuals(matrix, x, u, "perspective")
+    if not is_exact(found.residuals, u):
+        check_points(x, "perspective", exact=False)
+        check_pixels(u, "perspective", found.rms)
+        check_magnification(x, perspective_design(matrix, t3), 11, matrix[2])
+    return found
+
+
+def _with_residuals(matrix: NDArray[np.floating], x: Array, u: Array, model: str) -> Projection:
+    found = Projection(np.asarray(matrix, dtype=np.float64), np.zeros((0, 2)), model)
+    return Projection(found.matrix, found.project(x) - u, model)
 
 
 def _normalising(points: Array) -> Array:
     """Transform that moves the centre to the origin and the mean distance to sqrt(dimension)."""
     n = points.shape[1]
     centre = points.mean(axis=0)
-    distance = np.linalg.norm(points - centre, axis=1).mean()
-    _check(float(distance > 0), "coincide")
-    scale = np.sqrt(n) / distance
+    scale = np.sqrt(n) / np.linalg.norm(points - centre, axis=1).mean()
     transform = np.eye(n + 1)
     transform[:n, :n] *= scale
     transform[:n, n] = -scale * centre
     return transform
-
-
-def _spread(vectors: Array) -> Array:
-    """Singular values of shape (3,) relative to the first: the last is 0 for vectors in one plane."""
-    sizes = np.linalg.svd(vectors, compute_uv=False)
-    full = np.zeros(3)
-    full[: len(sizes)] = sizes
-    return np.asarray(full / max(full[0], 1e-300))
-
-
-def _check(value: float, fault: str) -> None:
-    if not value > _DEGENERATE:
-        raise OptionError(
-            message(
-                f"the points {fault}",
-                expected="points that span all three dimensions",
-                fix="add correspondences, spread over depth, width and height",
-            )
-        )

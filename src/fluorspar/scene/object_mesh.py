@@ -6,26 +6,22 @@ from __future__ import annotations
 import atexit
 import hashlib
 import tempfile
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import SceneError, SceneNotice, message
+from fluorspar.scene.mesh_file import FORMATS, read_triangles
+from fluorspar.scene.mesh_repair import repaired
 
 if TYPE_CHECKING:
     import trimesh
 
 __all__ = ["FORMATS", "object_file", "procedural_mesh", "read_mesh"]
 
-FORMATS = (".obj", ".ply", ".stl", ".gltf", ".glb")
 _CENTRE = (278.0, 279.6)  # of the floor of the Cornell box: x, z, in mm
 _EXTENT = 330.0  # largest side of the object's bounding box in mm, the height of the box's tall block
-_STRAY = (
-    0.01  # a component with less than this share of the area of the largest does not belong to the object
-)
 
 _folder: Any = None
 
@@ -44,12 +40,12 @@ def object_file(path: Path | None = None) -> Path:
     Raises
     ------
     SceneError
-        If the file is missing, unreadable, of another kind, or holds no faces.
+        If the file is missing, unreadable, of another kind, or holds no faces or coordinates that are not finite.
 
     Warns
     -----
     SceneNotice
-        If stray components were dropped, or the mesh is not watertight.
+        If stray components were dropped, faces turned, or the mesh is not watertight.
 
     Examples
     --------
@@ -92,78 +88,21 @@ def procedural_mesh() -> trimesh.Trimesh:
 
 
 def read_mesh(path: Path) -> trimesh.Trimesh:
-    """Read a mesh file, all its parts as one.
+    """Read a mesh file, all its parts as one, and repair it.
+
+    Vertex normals of the file are kept; without them edges of more than 30 degrees are sharp.
 
     Raises
     ------
     SceneError
-        If the file is missing, unreadable, of another kind, or holds no faces.
+        If the file is missing, unreadable, of another kind, or holds no faces or coordinates that are not finite.
 
     Warns
     -----
     SceneNotice
-        If stray components were dropped, or the mesh is not watertight.
+        If stray components were dropped, faces turned, or the mesh is not watertight.
     """
-    import trimesh
-
-    if not path.is_file():
-        raise SceneError(message("the mesh file does not exist", where=path, fix="check the path"))
-    if path.suffix.lower() not in FORMATS:
-        raise SceneError(
-            message(
-                "this kind of mesh file is not known",
-                where=path,
-                got=path.suffix,
-                expected=", ".join(FORMATS),
-            )
-        )
-    try:
-        mesh = trimesh.load(path, force="mesh")
-    except Exception as err:  # the readers raise whatever the damage leads to
-        raise SceneError(
-            message("the mesh cannot be read", where=path, got=err, expected="a mesh of triangles")
-        ) from err
-    faces = getattr(mesh, "faces", ())
-    if len(faces) == 0 or not np.isfinite(mesh.vertices).all() or not mesh.area > 0:
-        raise SceneError(
-            message(
-                "the mesh has no faces with an area",
-                where=path,
-                got=f"{len(getattr(mesh, 'vertices', ()))} vertices, {len(faces)} faces",
-                expected="a mesh of triangles",
-            )
-        )
-    return _repaired(mesh, path)
-
-
-def _repaired(mesh: trimesh.Trimesh, path: Path) -> trimesh.Trimesh:
-    """Drop stray components, turn a closed mesh outside out, say what else is wrong."""
-    import trimesh
-
-    mesh.merge_vertices(merge_norm=True, merge_tex=True)
-    label = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
-    areas = np.bincount(label, mesh.area_faces)
-    stray = areas < _STRAY * areas.max()
-    if stray.any():
-        dropped = stray[label]
-        warnings.warn(
-            f"{path.name}: {int(stray.sum())} stray components with {int(dropped.sum())} of "
-            f"{len(mesh.faces)} triangles are left out",
-            SceneNotice,
-            stacklevel=4,
-        )
-        mesh.update_faces(~dropped)
-        mesh.remove_unreferenced_vertices()
-    if not mesh.is_watertight:
-        warnings.warn(
-            f"{path.name} is not watertight: light gets in through the holes and is absorbed by the inner "
-            "side, which is black, so the object looks darker there than a closed one",
-            SceneNotice,
-            stacklevel=4,
-        )
-    elif mesh.volume < 0:
-        mesh.invert()
-    return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    return repaired(read_triangles(path), path.name)
 
 
 def _ply(vertices: NDArray[np.floating], faces: NDArray[np.integer], normals: NDArray[np.floating]) -> bytes:

@@ -1,0 +1,124 @@
+"""Which triangles of a mesh to turn so that the front of each is outside."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import SceneNotice
+
+__all__ = ["turned_faces"]
+
+Array = NDArray[np.float64]
+Faces = NDArray[np.int64]
+Chosen = NDArray[np.bool_]
+
+_FLAT = 0.01  # volume over area^1.5 of an open part (0.09 for a ball) below which it has no outer side
+
+
+def turned_faces(vertices: Array, faces: Faces, name: str) -> Chosen:
+    """Find the faces to turn: those against their neighbours, and parts that face inwards.
+
+    Faces hang together across edges that exactly two of them share. Within such a part the winding of the larger
+    area counts. A part faces inwards if the volume between it and its centroid is negative; a part within the
+    bounding box of another may be the wall of a cavity and stays as it is, relative to the whole.
+
+    Parameters
+    ----------
+    vertices : ndarray of shape (V, 3)
+        Merged.
+    faces : ndarray of shape (F, 3)
+        No vertex twice in a face.
+    name
+        Of the file, for notices.
+
+    Returns
+    -------
+    ndarray of bool of shape (F,)
+
+    Warns
+    -----
+    SceneNotice
+        If faces were wound against their neighbours, or an open part is turned.
+
+    Examples
+    --------
+    >>> corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    >>> inside_out = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    >>> turned_faces(corners, inside_out, "tetrahedron")
+    array([ True,  True,  True,  True])
+    """
+    import trimesh
+
+    pairs, edges = trimesh.graph.face_adjacency(faces, return_edges=True)
+    part, against, twisted = _parts(faces, pairs, edges)
+    area = trimesh.triangles.area(vertices[faces])
+    against ^= (2 * np.bincount(part, area * against) > np.bincount(part, area))[part]
+    triangles = vertices[np.where(against[:, np.newaxis], faces[:, ::-1], faces)]
+    closed = np.bincount(part, np.bincount(pairs.ravel(), minlength=len(faces)) < 3) == 0
+    inwards = _inward(triangles, part, closed)[part]
+    if twisted:
+        _tell(
+            f"{name} has a surface with one side only, like a Moebius strip: some of it shows its black back"
+        )
+    if against.any():
+        _tell(
+            f"{name}: {int(against.sum())} of {len(faces)} triangles were wound against their neighbours; they "
+            "are turned"
+        )
+    if (open_ones := inwards & ~closed[part]).any():
+        _tell(
+            f"{name}: open parts with {int(open_ones.sum())} of {len(faces)} triangles had their front on the "
+            "inner side; they are turned"
+        )
+    return np.asarray(against ^ inwards)
+
+
+def _parts(faces: Faces, pairs: Faces, edges: Faces) -> tuple[NDArray[np.int64], Chosen, bool]:
+    """Label of each face's part, which faces are wound against its first one, and whether that has no answer.
+
+    Two nodes stand for each face, one as it is and one turned; neighbours are linked where they agree. A part that
+    can be wound in one sense falls into two sets of nodes, each the other one turned.
+    """
+    import trimesh
+
+    n = len(faces)
+    along = [
+        ((faces[face] == edges[:, :1]) & (np.roll(faces[face], -1, axis=1) == edges[:, 1:])).any(axis=1)
+        for face in pairs.T
+    ]
+    other = np.where(along[0] != along[1], 0, n)
+    first, second = pairs.T
+    links = np.concatenate(
+        [np.stack([first, second + other], 1), np.stack([first + n, (second + n + other) % (2 * n)], 1)]
+    )
+    label = trimesh.graph.connected_component_labels(links, node_count=2 * n).astype(np.int64)
+    plain, turned = label[:n], label[n:]
+    part = np.unique(np.minimum(plain, turned), return_inverse=True)[1].reshape(-1)
+    return part, np.asarray(plain > turned), bool((plain == turned).any())
+
+
+def _inward(triangles: Array, part: NDArray[np.int64], closed: Chosen) -> Chosen:
+    """Which parts face inwards."""
+    low, high = (np.full((len(closed), 3), bound) for bound in (np.inf, -np.inf))
+    np.minimum.at(low, part, triangles.min(axis=1))
+    np.maximum.at(high, part, triangles.max(axis=1))
+    area_vectors = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2
+    area = np.linalg.norm(area_vectors, axis=1)
+    areas = np.bincount(part, area)
+    middles = triangles.mean(axis=1)
+    weights = np.maximum(areas, 1e-300)
+    centroids = np.stack([np.bincount(part, area * column) / weights for column in middles.T], axis=1)
+    volumes = np.bincount(part, np.sum((middles - centroids[part]) * area_vectors, axis=1)) / 3
+    volumes[~closed & (np.abs(volumes) < _FLAT * areas**1.5)] = 0
+    whole = volumes.sum() < 0
+    inwards = (volumes > 0) if whole else (volumes < 0)
+    for index in np.flatnonzero(inwards):
+        inwards[index] = not ((low < low[index]) & (high > high[index])).all(axis=1).any()
+    return np.asarray(inwards ^ whole)
+
+
+def _tell(text: str) -> None:
+    warnings.warn(text, SceneNotice, stacklevel=5)
