@@ -243,8 +243,8 @@ def verdict_text(noise: NoiseVerdict) -> str:
     return "more than noise" if noise.differs else "no more than noise"
 
 
-def noise_sentence(noise: NoiseVerdict) -> str:
-    """What the standard errors say, in words."""
+def noise_sentence(noise: NoiseVerdict, subject: str = "") -> str:
+    """What the standard errors say, in words; `subject` is put before what noise explains."""
     of_blocks = noise.blocks < noise.observations
     quiet = ""
     if noise.unexplained:
@@ -253,7 +253,7 @@ def noise_sentence(noise: NoiseVerdict) -> str:
         return noise.doubt + quiet
     if np.isfinite(noise.share):
         deviation = f"{abs(noise.share_z):.1f} standard deviations from all of it"
-        explained = f"explains {share_text(noise)} of the squared difference ({deviation})"
+        explained = f"{subject}explains {share_text(noise)} of the squared difference ({deviation})"
     else:
         explained = "there is no difference"
     what = f"of {noise.blocks} blocks" if of_blocks else "of the points"

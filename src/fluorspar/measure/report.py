@@ -126,7 +126,7 @@ def _results(comparison: Comparison) -> str:
         rows.append([text, *cells])
     table = _table(["", *(title for title, _, _ in present)], rows)
     sentences = [
-        f"<p>{title.capitalize()}: noise {html.escape(noise_sentence(part.noise))}. "
+        f"<p>{title.capitalize()}: {html.escape(noise_sentence(part.noise, subject='noise '))}. "
         f"Standard errors of {part.noise.known_of}.</p>"
         for title, part, _ in present
         if part.noise is not None
