@@ -36,7 +36,7 @@ def common_points(
         Needed to compare an image with a table.
     scene, aperture
         As in `measure`. What is left open is chosen once: an image that names no built-in scene is taken to be
-        of the other's.
+        of the other's; two that name different ones have each its own.
     components : (str or None, str or None)
         What of each image.
     titles : (str, str)

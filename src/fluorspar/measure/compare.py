@@ -120,25 +120,15 @@ def compare(
     0.0
     """
     with ExitStack() as opened:
-        sides = open_side(a), open_side(b)
-        for source, side in zip((a, b), sides, strict=True):
-            if isinstance(side, SpectralImage) and side is not source:
-                opened.callback(side.close)
+        sides = _opened(a, opened), _opened(b, opened)
         titles = title_a or _title(sides[0], a), title_b or _title(sides[1], b)
-        notes = check_units(*sides, match)
-        common, weights, said = _common(sides, (bandwidth_a, bandwidth_b), wavelengths)
-        notes += said
-        components, said = _components(sides, component)
-        notes += said
+        common, weights, of_bands = _common(sides, (bandwidth_a, bandwidth_b), wavelengths)
+        components, of_components = _components(sides, component)
+        notes = [*check_units(*sides, match), *of_bands, *of_components]
         tables, said = common_points(
             sides, points, scene=scene, aperture=aperture, components=components, titles=titles
         )
-        notes += said
-        for name, table in zip("AB", tables or (), strict=False):
-            notes += [f"{name}: {note}." for note in table.notes]
-            if table.standard_error is not None:
-                how = "fully correlated" if table.correlated else "independent"
-                notes.append(f"{name}: standard errors of the bands of a point count as {how}.")
+        notes += said + _table_notes(tables)
         images = _images(sides, weights, components, tables is not None)
         if images is None and all(isinstance(side, SpectralImage) for side in sides):
             notes.append("The images differ in size: they are compared at the points only.")
@@ -161,45 +151,65 @@ def compare(
         seed = _same_seed(sides)
         results = Comparison(
             *titles,
-            common.grid,
-            bands,
-            scale,
-            mean_a,
-            mean_b,
-            chosen,
-            observer,
-            (),
-            None,
-            None,
-            match,
-            absolute,
+            grid=common.grid,
+            rmse_bands=bands,
+            scale=scale,
+            mean_a=mean_a,
+            mean_b=mean_b,
+            white=chosen,
+            observer=observer,
+            notes=(),
+            points=None,
+            images=None,
+            match=match,
+            absolute=absolute,
         )
         compared = compare_points(pair, inside, results, scale_error=scale_error, same_seed=seed)
         maps = None
         if images:
-            adapted, how = None, "no adaptation"
+            to_display, sentence = None, "no adaptation"
             if adapt:
                 of_pictures, _ = white_of(pair.a, white, match, common.grid, CIE_1931, pictured)
-                adapted = adapt_to_d65(np.eye(3), of_pictures)
-                how = "that of CIELAB is adapted to it (linear Bradford)"
+                to_display = adapt_to_d65(np.eye(3), of_pictures)
+                sentence = "that of CIELAB is adapted to it (linear Bradford)"
+            level = f"{1 / exposure:.4g} cd/m2" if absolute else "the same radiance"
+            notes.append(
+                f"Pictures: sRGB (CIE 1931), both with {level} as white; the white is D65, {sentence}."
+            )
             maps = compare_images(
                 *images,
                 inside,
                 results,
                 exposure,
                 scale_error=scale_error,
-                to_display=adapted,
+                to_display=to_display,
                 same_seed=seed,
             )
-            level = f"{1 / exposure:.4g} cd/m2" if absolute else "the same radiance"
-            notes.append(f"Pictures: sRGB (CIE 1931), both with {level} as white; the white is D65, {how}.")
         return replace(results, notes=tuple(notes), points=compared, images=maps)
+
+
+def _opened(source: Source, until: ExitStack) -> Side:
+    """A side that is closed again if it was opened here."""
+    side = open_side(source)
+    if isinstance(side, SpectralImage) and side is not source:
+        until.callback(side.close)
+    return side
 
 
 def _title(side: Side, source: Source) -> str:
     if isinstance(source, str | os.PathLike):
         return os.fspath(source)
     return side.title if isinstance(side, PointSpectra) else str(side.attrs.get("scene", "an image"))
+
+
+def _table_notes(tables: tuple[PointSpectra, PointSpectra] | None) -> list[str]:
+    notes = []
+    for name, table in zip("AB", tables or (), strict=False):
+        notes += [f"{name}: {note}." for note in table.notes]
+        if table.standard_error is not None:
+            how = "fully correlated" if table.correlated else "independent"
+            notes.append(f"{name}: standard errors of the bands of a point count as {how}.")
+    return notes
 
 
 def _common(
