@@ -221,6 +221,8 @@ class TestColour:
             for observer in (CIE_1931, "CIE 1964 10 Degree Standard Observer")
         )
         assert ten.scale == two.scale
+        luminances = [float(image.luminance().mean()) for image in (a, b)]
+        assert two.scale == pytest.approx(luminances[0] / luminances[1], rel=1e-6)
         assert ten.images.exposure == two.images.exposure
         np.testing.assert_array_equal(ten.images.rgb_b, two.images.rgb_b)
         assert abs(ten.value("de00") - two.value("de00")) > 0.01
