@@ -171,6 +171,7 @@ def render(
         "rr_depth": scene.settings.rr_depth,
         "stokes": stokes,
         "scene": scene.name,
+        "parameters": dict(scene.parameters) or None,
         "materials": {made.name: made.credit for made in scene.materials},
     }
     if method == "staged":

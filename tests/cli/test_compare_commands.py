@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 
 import numpy as np
 import pytest
@@ -48,6 +49,33 @@ class TestMeasure:
         assert files("measure", "a.nc", "points.csv", *arguments).code == 0
         assert read_point_spectra("s.csv").at("left").mean() == pytest.approx(1)
 
+    def test_no_candela_without_radiance(self, files: CommandLine) -> None:
+        other = image()
+        other.dataset.attrs["unit"] = "mW.cm^-2.sr^-1"
+        other.save("c.nc")
+        done = files("measure", "c.nc", "points.csv", "--aperture", "1px")
+        assert done.code == 0
+        assert "luminance, relative" in done.out
+        assert "cd/m2" not in done.out
+        assert f"{np.pi / 0.85 * image().luminance().values[3, 2]:.5g}" not in done.out
+
+    def test_what_a_bandwidth_assumes_is_said(self, files: CommandLine) -> None:
+        done = files("measure", "a.nc", "points.csv", "--aperture", "1px", "--bandwidth", "30")
+        assert "the data are continued by point reflection" in done.out
+
+    def test_values_for_a_scene_file(self, files: CommandLine) -> None:
+        """The built-in box, rendered with a value of its own, names no built-in: it has to be said."""
+        for command in (
+            ("measure", "a.nc", "points.csv"),
+            ("compare", "a.nc", "b.exr", "--points", "points.csv"),
+        ):
+            done = files(*command, "-D", "mesh=body.ply")
+            assert done.code == 2
+            assert done.says("values for a scene file are given without the scene", "--scene")
+            done = files(*command, "--scene", "cornell-mesh", "-D", "mesh=body.ply")
+            assert done.code == 2
+            assert done.says("body.ply")
+
     @pytest.mark.parametrize(
         ("points", "said"),
         [
@@ -66,6 +94,10 @@ class TestMeasure:
 
 
 class TestCompare:
+    def test_help_names_both_arguments(self, files: CommandLine) -> None:
+        """As the help below and the results call them; some versions of typer put braces around."""
+        assert re.search(r"\[OPTIONS\] (A B|\{A\} \{B\})\n", files("compare", "--help").out)
+
     def test_an_image_with_itself(self, files: CommandLine) -> None:
         done = files("compare", "a.nc", "a.nc", "--fail-above", "rmse=0", "--fail-above", "de00_max=0")
         assert (done.code, done.err) == (0, "")
@@ -105,6 +137,10 @@ class TestCompare:
             (("a.nc", "a.pdf"), "this kind of file cannot be compared"),
             (("a.nc", "a.nc", "--match", "7"), "without points"),
             (("a.nc", "a.nc", "--white", "daylight"), "there is no such illuminant"),
+            (("a.nc", "a.nc", "--white", "12"), "give a points file (--points)"),
+            (("a.nc", "a.nc", "--aperture", "3px"), "an aperture measures images at points"),
+            (("a.nc", "a.nc", "--wavelengths", "360:700:20"), "reach beyond the data"),
+            (("a.nc", "milliwatt.nc"), "different units"),
             (("a.nc", "a.nc", "--fail-above", "rsme=1"), "there is no such number"),
             (("a.nc", "a.nc", "--fail-above", "rmse=low"), "a limit is not a number"),
             (("a.nc", "a.nc", "--observer", "5"), "there is no such observer"),
@@ -119,6 +155,9 @@ class TestCompare:
 
         image(size=(4, 4)).save("small.nc")
         image(grid=Wavelengths(800, 900, 20)).save("infrared.nc")
+        other = image()
+        other.dataset.attrs["unit"] = "mW.cm^-2.sr^-1"
+        other.save("milliwatt.nc")
         content = (files.folder / "b.exr").read_bytes()
         (files.folder / "truncated.exr").write_bytes(content[: len(content) // 2])
         with OpenEXR.File({}, {name: np.ones((8, 12), np.float32) for name in "RGB"}) as rgb:

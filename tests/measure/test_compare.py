@@ -13,8 +13,10 @@ from fluorspar.measure.aperture import Aperture
 from fluorspar.measure.bands import Bands
 from fluorspar.measure.compare import compare
 from fluorspar.measure.difference import ciede2000
+from fluorspar.measure.figures import comparison_figure, encode
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point
+from fluorspar.measure.report import report
 from fluorspar.measure.sides import ImageSide
 from fluorspar.spectral.colour import CIE_1931, lab_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.spectral.illuminants import illuminant
@@ -135,6 +137,39 @@ class TestMapsByHand:
         found = compare(image_of(a), image_of(b)).images
         np.testing.assert_allclose(found.rmse, [[0, 0.5], [3.5 / np.sqrt(7), 0]], rtol=1e-6)
 
+    def test_rmse_map_counts_400_to_700_nm_only(self):
+        a, b = np.ones((1, 2, 9)), np.ones((1, 2, 9))
+        b[..., [0, -1]] = 9.0
+        grid = Wavelengths(350, 750, 50)
+        found = compare(image_of(a, grid), image_of(b, grid)).images
+        assert not found.rmse.any()
+        assert found.band_error[0] == pytest.approx(8)
+
+    def test_errors_of_bands(self):
+        """A is 1 and 3, B 2 and 0: the mean of A is 2, |B - A| is 1 and 3, B - A is 1 and -3."""
+        a = np.stack([[np.full(7, 1.0), np.full(7, 3.0)]])
+        b = np.stack([[np.full(7, 2.0), np.full(7, 0.0)]])
+        found = compare(image_of(a), image_of(b)).images
+        np.testing.assert_allclose(found.band_error, (1 + 3) / 2 / 2)
+        np.testing.assert_allclose(found.band_bias, (1 - 3) / 2 / 2)
+        assert found.bias == pytest.approx(-0.5)
+        np.testing.assert_allclose((found.mean_a, found.mean_b), [[2.0] * 7, [1.0] * 7])
+
+    @pytest.mark.parametrize("level", [1e-24, 1.0, 1e20, 1e30])
+    def test_radiance_of_any_size(self, level):
+        """Rationale: squares of 1e20 or 1e-24 are beyond float32. B is 10 % brighter in one of two pixels."""
+        random = np.random.default_rng(4).random((16, 16, 1)) + 0.5
+        a = level * random * np.ones(7)
+        b = a.copy()
+        b[0, 0] *= 1.1
+        found = compare(image_of(a, error=0.01 * a), image_of(b, error=0.01 * b)).images
+        assert found.rmse[0, 0] == pytest.approx(0.1 * random[0, 0, 0] / random.mean(), rel=1e-4)
+        assert found.bias == pytest.approx(0.1 * random[0, 0, 0] / random.sum(), rel=1e-3)
+        # the pixel of 10 %, in variances of 1 %, twice, of the 64 pixels of its block
+        z = np.sqrt(0.1**2 / (0.01**2 * (1 + 1.1**2))) * random[0, 0, 0]
+        expected = z / np.sqrt(np.sum(random[:8, :8] ** 2 * 2 / 2.21))
+        assert found.noise.block_z == pytest.approx(expected, rel=0.02)
+
     def test_ciede2000_map_and_pictures(self):
         """White and half of it, under D65 as the white of the pictures."""
         light = illuminant("D65").on(GRID)
@@ -174,6 +209,59 @@ class TestMapsByHand:
         part = json.loads(compare(random_image, other, match="luminance").to_json())
         for key in ("rmse", "de00_mean", "bias"):
             assert part["images"][key] == pytest.approx(json.loads(whole)["images"][key], rel=1e-6)
+
+
+class TestColour:
+    def test_the_10_degree_observer_is_for_cielab_only(self):
+        """Luminance, and with it the scale, the exposure and the pictures, is CIE 1931 by definition."""
+        random = np.random.default_rng(12)
+        a, b = (image_of(random.random((12, 9, 7)) + 0.1) for _ in range(2))
+        two, ten = (
+            compare(a, b, match="luminance", observer=observer)
+            for observer in (CIE_1931, "CIE 1964 10 Degree Standard Observer")
+        )
+        assert ten.scale == two.scale
+        luminances = [float(image.luminance().mean()) for image in (a, b)]
+        assert two.scale == pytest.approx(luminances[0] / luminances[1], rel=1e-6)
+        assert ten.images.exposure == two.images.exposure
+        np.testing.assert_array_equal(ten.images.rgb_b, two.images.rgb_b)
+        assert abs(ten.value("de00") - two.value("de00")) > 0.01
+        white = white_xyz(illuminant("D65").on(GRID), GRID)
+        white_10 = white_xyz(illuminant("D65").on(GRID), GRID, ten.observer)
+        np.testing.assert_allclose(ten.white, white_10 / white[1] / ten.images.exposure)
+
+    def test_the_luminance_that_is_said_is_cie_1931(self):
+        table = table_of(np.random.default_rng(13).random((2, 7)))
+        found = compare(table, table, match="a", observer="CIE 1964 10 Degree Standard Observer")
+        assert any(f"{table.luminance()[0]:.6g} cd/m2" in note for note in found.notes)
+
+    def test_bands_without_blue_have_no_ciede2000(self):
+        grid = Wavelengths(680, 700, 5)
+        a, b = image_of(np.ones((3, 4, 5)), grid), image_of(np.full((3, 4, 5), 1.1), grid)
+        found = compare(a, b)
+        assert found.value("rmse") == pytest.approx(0.1)
+        assert json.loads(found.to_json())["images"]["de00_mean"] is None
+        assert "CIEDE2000 cannot be had: in these bands the white has no Z." in found.notes
+        assert "CIEDE2000    cannot be had" in found.text()
+        with pytest.raises(OptionError, match="de00 cannot be had"):
+            found.value("de00")
+        assert "cannot be had" in report(found)
+        encode(comparison_figure(found))
+
+    def test_the_range_of_the_sums_is_that_of_the_bands(self):
+        grid = Wavelengths(353, 703, 10)
+        found = compare(
+            table_of(np.ones((1, 36)), grid, names="a"), table_of(np.ones((1, 36)), grid, names="a")
+        )
+        assert any("XYZ: sums over 363-703 nm" in note for note in found.notes)
+
+    def test_equation_14_is_named_with_a_point_only(self):
+        table = table_of(np.ones((2, 7)))
+        assert "E{RMSE}" in compare(table, table, match="a").text()
+        for match in ("none", "luminance"):
+            found = compare(table, table, match=match)
+            assert "E{RMSE}" not in found.text()
+            assert "Eq. 14" not in report(found)
 
 
 class TestSides:

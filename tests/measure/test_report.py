@@ -4,14 +4,28 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from report_parts import Report
 
 from fluorspar.errors import ImageError
-from fluorspar.measure.figures import comparison_figure, encode, write_figure
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.measure.bands import Bands
+from fluorspar.measure.compare import compare
+from fluorspar.measure.figures import (
+    comparison_figure,
+    encode,
+    maps_figure,
+    signed_picture,
+    spectra_figure,
+    write_figure,
+)
+from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.report import report, write_report
+from fluorspar.spectral.illuminants import illuminant
+from fluorspar.spectral.wavelengths import Wavelengths
 
 
 @pytest.fixture(scope="module")
@@ -61,14 +75,23 @@ class TestContents:
     def test_tables_hold_the_numbers_of_the_json(self, compared, parsed):
         numbers = json.loads(compared.to_json())
         cells = {row[0]: row[1:] for row in parsed.rows}
-        for label, key in (
-            ("E{RMSE}, Eq. 14", "rmse"),
-            ("CIEDE2000, mean", "de00_mean"),
-            ("CIEDE2000, greatest", "de00_max"),
+        for label, key, factor in (
+            ("E{RMSE}, Eq. 14", "rmse", 1),
+            ("RMSE, 95 % are below", "rmse_95", 1),
+            ("RMSE, greatest", "rmse_max", 1),
+            ("CIEDE2000, mean", "de00_mean", 1),
+            ("CIEDE2000, 95 % are below", "de00_95", 1),
+            ("CIEDE2000, greatest", "de00_max", 1),
+            ("bias, mean of B − A over the mean of A", "bias", 100),
         ):
-            assert [float(cell) for cell in cells[label]] == [
-                pytest.approx(numbers[part][key], rel=1e-3) for part in ("points", "images")
+            assert [float(cell.removesuffix(" %")) for cell in cells[label]] == [
+                pytest.approx(factor * numbers[part][key], rel=1e-3) for part in ("points", "images")
             ]
+        share = cells["noise explains, of the squared difference"][1].removesuffix(" %").split(" ± ")
+        noise = numbers["images"]["noise"]
+        expected = [100 * noise["share"], 100 * noise["share_uncertainty"]]
+        assert [float(number) for number in share] == pytest.approx(expected, abs=0.051)
+        assert 0 < expected[0] < 50
         for point in numbers["points"]["points"]:
             found = [float(cell) for cell in cells[point["point"]]]
             expected = [point["rmse"], point["de00"], *point["lab_a"], *point["lab_b"]]
@@ -80,6 +103,81 @@ class TestContents:
 
     def test_what_was_done_is_listed(self, compared, text):
         assert text.count("<li>") == len(compared.notes)
+
+
+class TestFigures:
+    grid = Wavelengths(400, 700, 50)
+
+    def image(self, total):
+        total = np.asarray(total)
+        return SpectralImage.from_arrays(total[np.newaxis], self.grid, components=("total",))
+
+    def test_the_signed_difference_by_hand(self):
+        """B is brighter on the left and darker on the right: brighter and darker than grey, by a factor that is
+        a power of two; the middle is grey."""
+        light = illuminant("D65").on(self.grid)
+        a = [[light, light, light, 2 * light]]
+        b = [[1.1 * light, light, 0.9 * light, 2 * light]]
+        found = compare(self.image(a), self.image(b)).images
+        picture, factor = signed_picture(found)
+        assert picture[0, 0].min() > 150
+        assert picture[0, 2].max() < 110
+        assert (picture[0, 1] == 128).all()
+        expected = 0.5 + factor * found.rgb_difference[0]
+        np.testing.assert_allclose(picture[0] / 255, np.clip(expected, 0, 1), atol=0.003)
+
+    @pytest.mark.parametrize("draw", [maps_figure, comparison_figure])
+    def test_each_map_shows_what_its_title_says(self, compared, draw):
+        only_images = replace(compared, points=None)
+        panels = {panel.get_title(loc="left"): panel for panel in draw(only_images).axes}
+        found = compared.images
+        for title, values in (("CIEDE2000", found.de00), ("RMSE", found.rmse)):
+            np.testing.assert_array_equal(panels[title].images[0].get_array(), values)
+        if draw is maps_figure:
+            drawn = panels["displayed R, B − A (0 to 1)"].images[0].get_array()
+            np.testing.assert_array_equal(drawn, found.rgb_difference[..., 0])
+
+    @pytest.mark.parametrize("draw", [maps_figure, comparison_figure])
+    def test_the_rows_of_panels_are_in_line(self, compared, draw):
+        figure = draw(replace(compared, points=None))
+        encode(figure)
+        left = np.array([panel.get_position().x0 for panel in figure.axes]).reshape(2, 3)
+        np.testing.assert_allclose(left[0], left[1], atol=1e-3)
+
+    def test_dollar_signs_are_no_formulas(self):
+        tables = [
+            PointSpectra(("$p_", "paint at $5, $6"), Bands(self.grid), np.ones((2, 7)), title="cost $_{5$")
+            for _ in range(2)
+        ]
+        figure = comparison_figure(compare(*tables))
+        encode(figure)
+        assert figure.axes[0].get_title(loc="left").startswith("$p_\n")
+        assert figure.legends[0].get_texts()[0].get_text() == "A: cost $_{5$"
+        assert not figure.axes[0]._left_title.get_parse_math()
+        encode(spectra_figure(tables[0]))
+
+    def test_titles_fit_above_their_panels(self):
+        """Five panels in a row, with a colour difference of two digits: no title reaches beyond the figure."""
+        spectra = np.ones((5, 7))
+        spectra[-1, :3] = 9.0
+        names = tuple("12345")
+        a, b = (PointSpectra(names, Bands(self.grid), values) for values in (np.ones((5, 7)), spectra))
+        found = compare(a, b, white="1")
+        assert found.points.de00[-1] > 10
+        figure = comparison_figure(found)
+        encode(figure, dpi=100)  # the extents below are those of this drawing
+        width = figure.bbox.width
+        assert max(panel._left_title.get_window_extent().x1 for panel in figure.axes) < width
+
+    @pytest.mark.parametrize("size", [(2, 400), (400, 2)])
+    def test_long_images_make_no_threads(self, size):
+        image = self.image(np.random.default_rng(1).random((*size, 7)) + 0.1)
+        figure = comparison_figure(compare(image, image))
+        encode(figure)
+        width, height = figure.get_size_inches()
+        assert 1 / 4 < height / width < 4
+        panels = [panel.get_window_extent() for panel in figure.axes]
+        assert min(min(panel.width, panel.height) for panel in panels) > 20
 
 
 class TestFiles:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from fluorspar.errors import ApproximationWarning, ImageError, OptionError, SpectrumError
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.measure.aperture import Aperture, coverage
+from fluorspar.measure.aperture import Aperture, coverage, directions
 from fluorspar.measure.bands import Bands
 from fluorspar.measure.point_spectra import PointSpectra, read_point_spectra, write_point_spectra
 from fluorspar.measure.points import Point, read_points
@@ -48,6 +49,37 @@ class TestAperture:
     def test_the_mean_of_a_slope_is_its_centre(self, image):
         spectra = measure(image, (Point("1", (20, 30)),), aperture=Aperture(9, "px"))
         np.testing.assert_allclose(spectra.radiance[0], 3020, rtol=1e-6)
+
+    @pytest.mark.parametrize("diameter", [0.3, 1.0, 1.9, 2.5, 6.0, 37.3])
+    @pytest.mark.parametrize("unit", ["px", "deg"])
+    def test_only_the_edge_is_subsampled_and_the_weights_are_those_of_all_subpixels(self, diameter, unit):
+        matrix = camera_of(load_scene("cornell-box").with_settings(width=64, height=64)).matrix
+        aperture = Aperture(diameter if unit == "px" else diameter / 2, unit)
+        random = np.random.default_rng(3)
+        for centre in random.uniform(0, 64, (6, 2)):
+            rows, columns, weights = coverage(centre, aperture, (64, 64), matrix)
+            at = (np.arange(64 * 16) + 0.5) / 16
+            points = np.stack(np.meshgrid(at, at), axis=-1)
+            if unit == "px":
+                inside = np.linalg.norm(points - centre, axis=-1) <= diameter / 2
+            else:
+                cosines = directions(points, matrix) @ directions(centre, matrix)
+                inside = cosines >= np.cos(np.radians(aperture.diameter / 2))
+            expected = inside.reshape(64, 16, 64, 16).mean(axis=(1, 3))
+            if not expected.any():
+                expected[int(centre[1]), int(centre[0])] = 1
+            found = np.zeros((64, 64))
+            found[rows, columns] = weights
+            np.testing.assert_allclose(found, expected / expected.sum(), atol=1e-9)
+
+    def test_a_large_aperture_is_no_large_array(self):
+        """400 pixels across: 125,664 pixels, of which only those at the edge, about 3 per pixel of the
+        circumference, are subsampled; all of them would take 41 million points."""
+        tracemalloc.start()
+        coverage(np.array([256.0, 256.0]), Aperture(400, "px"), (512, 512))
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 150e6
 
     def test_degrees_are_those_of_the_camera(self):
         """39.3077 degrees over 512 pixels: 512 / (2 tan(fov / 2)) pixels for a tangent of 1."""
@@ -90,6 +122,21 @@ class TestErrors:
             measure(image, (Point("1", (20, 30)),), aperture=Aperture(1, "px"))
 
 
+class TestNotes:
+    points = (Point("w", (20, 30), white=0.85),)
+
+    @pytest.mark.parametrize(
+        ("component", "lit"), [(None, True), ("single_bounce", True), ("direct_reflection", False)]
+    )
+    def test_illuminance_is_that_of_all_light(self, image, component, lit):
+        spectra = measure(image, self.points, aperture=Aperture(1, "px"), component=component)
+        assert bool(spectra.illuminance()) is lit
+
+    def test_a_bandwidth_beyond_the_data_is_said(self, image):
+        spectra = measure(image, self.points, aperture=Aperture(1, "px"), bandwidth=60.0)
+        assert "below 400 and above 700 nm the data are continued" in spectra.notes[-1]
+
+
 class TestPositions:
     def test_a_position_is_measured_where_the_camera_sees_it(self, image):
         x, y = camera_of(load_scene("cornell-box").with_settings(width=64, height=64)).project(SHORT_BLOCK)
@@ -112,6 +159,13 @@ class TestPositions:
     def test_a_point_behind_the_camera_is_refused(self, image):
         with pytest.raises(OptionError, match="behind the camera"):
             measure(image, (Point("1", (278, 273, -900)),))
+
+    def test_pixels_and_positions_in_one_file(self, image, tmp_path):
+        (tmp_path / "p.csv").write_text("point,x,y,z\npixel,5,7,\nblock,186,165,168\n")
+        points = read_points(tmp_path / "p.csv")
+        assert [point.is_pixel for point in points] == [True, False]
+        spectra = measure(image, points, aperture=Aperture(1, "px"))
+        assert spectra.at("pixel")[0] == 705
 
     def test_without_a_scene_there_are_no_positions(self, image):
         image.dataset.attrs["scene"] = "room.xml"

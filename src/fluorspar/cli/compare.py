@@ -28,7 +28,10 @@ The exit code is 1 if a limit is exceeded, 2 after an error."""
 
 def compare(
     a: Annotated[
-        str, typer.Argument(help="The reference: an image (.nc, .exr, .hdr) or a table of spectra (.csv).")
+        str,
+        typer.Argument(
+            metavar="A", help="The reference: an image (.nc, .exr, .hdr) or a table of spectra (.csv)."
+        ),
     ],
     b: Annotated[str, typer.Argument(metavar="B", help="What is compared with it, of either kind.")],
     output: Annotated[
@@ -51,30 +54,50 @@ def compare(
         ),
     ] = None,
     observer: Annotated[
-        str, typer.Option(metavar="2|10", help="CIE 1931 (2) or CIE 1964 (10 degrees).")
+        str,
+        typer.Option(
+            metavar="2|10",
+            help="Of CIELAB: CIE 1931 (2) or CIE 1964 (10 degrees). Luminance is always CIE 1931.",
+        ),
     ] = "2",
     wavelengths: Annotated[
         str | None,
-        typer.Option(metavar="START:STOP:STEP", help="Grid in nm. [default: the coarser of both]"),
+        typer.Option(
+            metavar="START:STOP:STEP",
+            help="Grid in nm, within the data of both. [default: the coarser of both]",
+        ),
     ] = None,
     bandwidth_a: Annotated[
-        float | None, typer.Option(help="FWHM in nm of the bands of A; 0: samples.")
+        float | None,
+        typer.Option(help="FWHM in nm of the bands of A; 0: samples. [default: what the file says]"),
     ] = None,
     bandwidth_b: Annotated[
-        float | None, typer.Option(help="FWHM in nm of the bands of B; 0: samples.")
+        float | None,
+        typer.Option(help="FWHM in nm of the bands of B; 0: samples. [default: what the file says]"),
     ] = None,
     aperture: Annotated[
         str | None,
         typer.Option(
-            metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"
+            metavar="DIAMETER",
+            help="With --points: such as 0.125deg or 3px. [default: 0.125deg if the scene is known]",
         ),
     ] = None,
     scene: Annotated[
         str | None,
         typer.Option(help="Scene of the images, for its camera. [default: the built-in they name]"),
     ] = None,
+    define: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-D", metavar="KEY=VALUE", help="Value of a $KEY in the file of --scene. May be repeated."
+        ),
+    ] = None,
     component: Annotated[
-        str | None, typer.Option(help="Of images: a component, or single_bounce, reflected, luminescent.")
+        str | None,
+        typer.Option(
+            help="Of images: a component, or single_bounce, reflected, luminescent. "
+            "[default: all, or single_bounce if only one image holds reexcitation]"
+        ),
     ] = None,
     adapt: Annotated[
         bool, typer.Option("--adapt", help="Show the white of CIELAB as white in the pictures (Bradford).")
@@ -87,9 +110,10 @@ def compare(
         ),
     ] = None,
 ) -> None:
-    """Compare spectra: RMSE (Eq. 14), CIEDE2000, bias, and how much of the difference is noise."""
+    """Compare spectra: RMSE (Eq. 14 with --match POINT), CIEDE2000, bias, and how much of the difference is noise."""
     from fluorspar.cli.measuring import aperture_of, check_files, limits_of, scene_named
     from fluorspar.errors import OptionError, message
+    from fluorspar.image.atomic import check_not_input
     from fluorspar.measure.compare import compare as compare_spectra
     from fluorspar.measure.figures import comparison_figure, write_figure
     from fluorspar.measure.points import read_points
@@ -98,6 +122,8 @@ def compare(
 
     outputs = output or []
     check_files(outputs, (".json", ".png", ".html"))
+    for path in outputs:
+        check_not_input(path, a, b, points, scene)
     limits = limits_of(pairs(fail_above or [], "--fail-above"))
     if observer not in OBSERVERS:
         raise OptionError(
@@ -115,7 +141,7 @@ def compare(
             bandwidth_a=bandwidth_a,
             bandwidth_b=bandwidth_b,
             aperture=aperture_of(aperture),
-            scene=scene_named(scene),
+            scene=scene_named(scene, define),
             component=component,
             adapt=adapt,
         )

@@ -30,6 +30,12 @@ def measure(
         str | None,
         typer.Option(help="Scene of the image, for its camera. [default: the built-in it names]"),
     ] = None,
+    define: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-D", metavar="KEY=VALUE", help="Value of a $KEY in the file of --scene. May be repeated."
+        ),
+    ] = None,
     aperture: Annotated[
         str | None,
         typer.Option(
@@ -57,6 +63,7 @@ def measure(
     from fluorspar.measure.points import read_points
     from fluorspar.measure.spectroradiometer import measure as measure_spectra
     from fluorspar.measure.spectroradiometer import normalised
+    from fluorspar.measure.units import is_radiance
 
     check_files(output or [], (".csv", ".png"))
     for path in output or []:
@@ -66,18 +73,22 @@ def measure(
         measured = measure_spectra(
             opened,
             known,
-            scene=scene_named(scene),
+            scene=scene_named(scene, define),
             aperture=aperture_of(aperture),
             bandwidth=bandwidth,
             component=component,
             title=str(image),
         )
-    illuminances = measured.illuminance()
-    table = Table("point", "luminance, cd/m2", "illuminance, lx", "note", box=None, pad_edge=False)
+    absolute = is_radiance(measured.unit)
+    illuminances = measured.illuminance() if absolute else {}
+    level = "luminance, cd/m2" if absolute else "luminance, relative"
+    table = Table("point", level, "illuminance, lx", "note", box=None, pad_edge=False)
     for point, value in zip(known, measured.luminance(), strict=True):
         lux = f"{illuminances[point.name]:.5g}" if point.name in illuminances else ""
         table.add_row(point.name, f"{value:.5g}", lux, point.note)
     console.out.print(table)
+    for note in measured.notes:
+        console.out.print(note, markup=False, highlight=False)
     spectra = normalised(measured, normalise)
     for path in output or []:
         if path.suffix.lower() == ".csv":

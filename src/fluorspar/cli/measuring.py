@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fluorspar.cli.options import pairs
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
@@ -81,10 +82,38 @@ def aperture_of(text: str | None) -> Aperture | None:
     return None if text is None else Aperture.parse(text)
 
 
-def scene_named(name: str | None) -> Scene | None:
-    """Load a scene by its name or file."""
+def scene_named(name: str | None, define: Sequence[str] | None = None) -> Scene | None:
+    """Load a scene by its name or file.
+
+    Parameters
+    ----------
+    name : str or None
+    define : sequence of str, optional
+        `KEY=VALUE` of the `$KEY` substitutions of its file.
+
+    Raises
+    ------
+    OptionError
+        If there are values and no scene.
+    SceneError
+        If the scene cannot be used.
+
+    Examples
+    --------
+    >>> scene_named("cornell-box").name
+    'cornell-box'
+    """
     if name is None:
+        if define:
+            raise OptionError(
+                message(
+                    "values for a scene file are given without the scene",
+                    where="-D",
+                    got=", ".join(define),
+                    fix="name the scene (--scene)",
+                )
+            )
         return None
     from fluorspar.scene.scene import load_scene
 
-    return load_scene(name)
+    return load_scene(name, parameters=pairs(define or [], "-D"))

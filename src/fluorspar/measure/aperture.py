@@ -176,19 +176,7 @@ def coverage(
         np.minimum(low, np.floor(centre).astype(int)),
         np.maximum(high, np.floor(centre).astype(int) + 1),
     )
-    fine = (np.arange(_FINE) + 0.5) / _FINE
-    xs = (np.arange(low[0], high[0])[:, np.newaxis] + fine).ravel()
-    ys = (np.arange(low[1], high[1])[:, np.newaxis] + fine).ravel()
-    points = np.stack(np.meshgrid(xs, ys), axis=-1)
-    if camera_matrix is None or aperture.unit == "px":
-        inside = np.linalg.norm(points - centre, axis=-1) <= aperture.diameter / 2
-    else:
-        axis = directions(centre, camera_matrix)
-        # the chord, since the cosine of so small an angle has few digits
-        chord = np.linalg.norm(directions(points, camera_matrix) - axis, axis=-1)
-        inside = chord <= 2 * np.sin(np.radians(aperture.diameter) / 4)
-    count = high - low
-    weights = inside.reshape(count[1], _FINE, count[0], _FINE).mean(axis=(1, 3))
+    weights = _covered(low, high, centre, aperture, camera_matrix)
     if not weights.any():
         weights[int(centre[1]) - low[1], int(centre[0]) - low[0]] = 1.0
     used_rows, used_columns = np.flatnonzero(weights.any(axis=1)), np.flatnonzero(weights.any(axis=0))
@@ -197,3 +185,42 @@ def coverage(
     rows = slice(int(low[1]) + top, int(low[1]) + top + weights.shape[0])
     columns = slice(int(low[0]) + left, int(low[0]) + left + weights.shape[1])
     return rows, columns, weights / weights.sum()
+
+
+def _covered(
+    low: NDArray[np.int_],
+    high: NDArray[np.int_],
+    centre: Array,
+    aperture: Aperture,
+    camera_matrix: Array | None,
+) -> Array:
+    """The covered share of each pixel from `low` to `high`, ndarray of shape (rows, columns)."""
+    columns, rows = (np.arange(first, last) for first, last in zip(low, high, strict=True))
+    corners = np.stack(np.meshgrid(np.append(columns, high[0]), np.append(rows, high[1])), axis=-1)
+    inside = _inside(corners.astype(np.float64), centre, aperture, camera_matrix)
+    four = np.stack([inside[:-1, :-1], inside[:-1, 1:], inside[1:, :-1], inside[1:, 1:]])
+    weights = np.asarray(four.all(axis=0), dtype=np.float64)  # an aperture is convex
+    # a pixel without a corner inside is covered only next to one that has one, or next to the centre
+    touched = np.pad(four.any(axis=0), 1)
+    touched[int(centre[1]) - low[1] + 1, int(centre[0]) - low[0] + 1] = True
+    near = np.any(
+        [touched[y : y + len(rows), x : x + len(columns)] for y in range(3) for x in range(3)], axis=0
+    )
+    at = np.argwhere(near & (weights == 0))
+    fine = (np.arange(_FINE) + 0.5) / _FINE
+    points = np.stack(np.meshgrid(fine, fine), axis=-1) + (at[:, ::-1] + low)[:, np.newaxis, np.newaxis]
+    shares = _inside(points, centre, aperture, camera_matrix).mean(axis=(1, 2))
+    weights[at[:, 0], at[:, 1]] = shares
+    return weights
+
+
+def _inside(
+    points: Array, centre: Array, aperture: Aperture, camera_matrix: Array | None
+) -> NDArray[np.bool_]:
+    """Whether image points are inside the aperture; ndarray of shape (..., 2) to (...,)."""
+    if camera_matrix is None or aperture.unit == "px":
+        return np.asarray(np.linalg.norm(points - centre, axis=-1) <= aperture.diameter / 2)
+    axis = directions(centre, camera_matrix)
+    # the chord, since the cosine of so small an angle has few digits
+    chord = np.linalg.norm(directions(points, camera_matrix) - axis, axis=-1)
+    return np.asarray(chord <= 2 * np.sin(np.radians(aperture.diameter) / 4))

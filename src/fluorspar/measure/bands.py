@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["Bands", "assumed_bands", "band_weights", "common_bands", "conversion"]
+__all__ = ["Bands", "assumed_bands", "band_weights", "beyond_the_data", "common_bands", "conversion"]
 
 Array = NDArray[np.float64]
 
@@ -182,7 +182,7 @@ def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands
     ----------
     a, b : Bands
     wanted : Wavelengths, optional
-        The grid to be used instead.
+        The grid to be used instead, within the range of both.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands
     Raises
     ------
     SpectrumError
-        If there are fewer than two wavelengths that both have.
+        If there are fewer than two wavelengths that both have, or the grid wanted reaches beyond them.
 
     Examples
     --------
@@ -202,6 +202,14 @@ def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands
     fwhm = max(assumed_bands(a, b).fwhm or 0.0, assumed_bands(b, a).fwhm or 0.0)
     first = max(a.grid.start, b.grid.start) - _SAME
     last = min(a.grid.stop, b.grid.stop) + _SAME
+    if wanted and first < last and (wanted.start < first or wanted.stop > last):
+        raise SpectrumError(
+            message(
+                "the wavelengths to compare on reach beyond the data",
+                got=str(wanted),
+                expected=f"within {first + _SAME:g}-{last - _SAME:g} nm, which both have",
+            )
+        )
     grid = wanted or coarse.grid
     both = grid.values[(grid.values >= first) & (grid.values <= last)]
     if len(both) < 2:
@@ -213,6 +221,28 @@ def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands
             )
         )
     return Bands(Wavelengths(float(both[0]), float(both[-1]), grid.step), fwhm)
+
+
+def beyond_the_data(source: Wavelengths, target: Wavelengths, fwhm: float) -> str:
+    """Say where triangular bands reach beyond the data, and what is assumed there; empty if nowhere.
+
+    Parameters
+    ----------
+    source, target : Wavelengths
+        Of the samples, and the centres of the bands.
+    fwhm : float
+        In nm.
+
+    Examples
+    --------
+    >>> beyond_the_data(Wavelengths(400, 700, 5), Wavelengths(400, 680, 10), 10)
+    'below 400 nm the data are continued by point reflection through the end value'
+    """
+    reach = [f"below {source.start:g}"] * (target.start - fwhm < source.start - _SAME)
+    reach += [f"above {source.stop:g}"] * (target.stop + fwhm > source.stop + _SAME)
+    if not reach:
+        return ""
+    return f"{' and '.join(reach)} nm the data are continued by point reflection through the end value"
 
 
 def conversion(source: Bands, target: Bands, name: str = "it") -> tuple[Array | None, str]:
@@ -248,12 +278,8 @@ def conversion(source: Bands, target: Bands, name: str = "it") -> tuple[Array | 
     inside = np.isclose(here.values[:, np.newaxis], there.values, rtol=0, atol=_SAME).any(axis=0).all()
     if missing:
         how = f"mean under triangles of {missing:g} nm FWHM"
-        reach = [f"below {here.start:g}"] * (there.start - missing < here.start - _SAME)
-        reach += [f"above {here.stop:g}"] * (there.stop + missing > here.stop + _SAME)
-        if reach:
-            how += (
-                f"; {' and '.join(reach)} nm the data are continued by point reflection through the end value"
-            )
+        if beyond := beyond_the_data(here, there, missing):
+            how += f"; {beyond}"
     else:
         how = "every sample that is needed, unchanged" if inside else "linear interpolation"
     return band_weights(

@@ -3,33 +3,39 @@
 from __future__ import annotations
 
 import os
+from contextlib import ExitStack
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import ImageError, OptionError, SpectrumError, message
+from fluorspar.errors import ImageError, SpectrumError, message
+from fluorspar.image.components import SINGLE_BOUNCE, TOTAL, select
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
 from fluorspar.measure.bands import Bands, assumed_bands, common_bands, conversion
+from fluorspar.measure.common_points import common_points
 from fluorspar.measure.compare_images import compare_images
-from fluorspar.measure.comparison import Comparison, PointComparison
-from fluorspar.measure.difference import band_bias, band_error, ciede2000, rmse
-from fluorspar.measure.matching import Pair, exposure_of, matched_scale, scale_error_of, white_of
-from fluorspar.measure.noise import explained_by_noise
+from fluorspar.measure.compare_points import compare_points
+from fluorspar.measure.comparison import Comparison
+from fluorspar.measure.image_errors import OF_TOTAL, error_layer
+from fluorspar.measure.matching import matched_scale, scale_error_of
+from fluorspar.measure.pair import paired
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point
-from fluorspar.measure.sides import ImageSide, open_side
-from fluorspar.measure.spectroradiometer import RANGE, measure
+from fluorspar.measure.sides import ImageSide, bands_of, open_side
+from fluorspar.measure.spectroradiometer import RANGE
+from fluorspar.measure.units import check_units, is_radiance, unit_of
+from fluorspar.measure.whites import exposure_of, has_colour, white_of
 from fluorspar.scene.scene import Scene
 from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
-from fluorspar.spectral.colour import CIE_1931, lab_from_xyz, xyz_from_radiance
+from fluorspar.spectral.colour import CIE_1931
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["compare"]
 
-Array = NDArray[np.float64]
-Source = SpectralImage | PointSpectra | str | os.PathLike[str]
+Side = SpectralImage | PointSpectra
+Source = Side | str | os.PathLike[str]
 
 
 def compare(
@@ -69,13 +75,15 @@ def compare(
         `match`; else D65.
     observer : str
         Name of the colour matching functions in colour-science.
+        It counts for CIELAB; luminances and pictures are those of CIE 1931.
     wavelengths : Wavelengths, optional
         The grid to compare on; default: the coarser of the two, as far as both have data.
     bandwidth_a, bandwidth_b : float, optional
-        FWHM in nm of the bands of each side, 0 for samples; default: samples for images, and for tables what
-        the file says.
+        FWHM in nm of the bands of each side, 0 for samples; default: samples for images of Fluorspar, and else
+        what the file says.
     aperture, scene, component
-        As in `measure`.
+        As in `measure`, but the same for both sides. By default, if only one of two images holds light that
+        luminesced twice, both are compared without it (`single_bounce`).
     adapt : bool
         Show pictures adapted from the white of CIELAB to the white of the display, D65, by the linear
         Bradford transform.
@@ -89,11 +97,11 @@ def compare(
     Raises
     ------
     ImageError
-        If two images differ in size.
+        If two images differ in size and there are no points.
     SpectrumError
         If they have no wavelengths in common.
     OptionError
-        If an option is impossible, or points are missing.
+        If an option is impossible, points are missing, or the units differ and scales are not matched.
 
     Notes
     -----
@@ -102,201 +110,218 @@ def compare(
     at that point, each of its own side. Otherwise m_a is the mean over all points, or pixels, of A, and m_b
     that of A in the scale of B.
 
+    Standard errors: the bands of a rendered pixel count as fully correlated and pixels as independent; the bands
+    of a table of measurements count as independent, unless its file says `# errors: correlated`.
+
     Examples
     --------
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
     >>> compare(image, image).value("rmse")
     0.0
     """
-    side_a, side_b = open_side(a), open_side(b)
-    if isinstance(side_a, SpectralImage) and isinstance(side_b, SpectralImage) and side_a.size != side_b.size:
-        raise ImageError(
-            message(
-                "the images differ in size",
-                got=" and ".join(f"{w} x {h}" for w, h in (side_a.size, side_b.size)),
-                expected="the same number of pixels",
-                fix="render both at one size, or compare them at points (--points) of the scene, as two tables",
-            )
+    with ExitStack() as opened:
+        sides = _opened(a, opened), _opened(b, opened)
+        titles = title_a or _title(sides[0], a), title_b or _title(sides[1], b)
+        common, weights, of_bands = _common(sides, (bandwidth_a, bandwidth_b), wavelengths)
+        components, of_components = _components(sides, component)
+        notes = [*check_units(*sides, match), *of_bands, *of_components]
+        tables, said = common_points(
+            sides, points, scene=scene, aperture=aperture, components=components, titles=titles
         )
-    own = [_bands(side, width) for side, width in ((side_a, bandwidth_a), (side_b, bandwidth_b))]
-    given = list(own)
-    own = [assumed_bands(own[0], own[1]), assumed_bands(own[1], own[0])]
-    common = common_bands(own[0], own[1], wavelengths)
-    to_a, said_a = conversion(own[0], common, "A")
-    to_b, said_b = conversion(own[1], common, "B")
-    notes = [said_a, said_b]
-    notes += [
-        f"{side}: the band shape is not known; {'samples are' if not known.fwhm else 'this triangle is'} assumed."
-        for side, stated, known in zip("AB", given, own, strict=True)
-        if stated.fwhm is None
-    ]
-    title_a, title_b = title_a or _title(side_a, a), title_b or _title(side_b, b)
+        notes += said + _table_notes(tables)
+        images = _images(sides, weights, components, tables is not None)
+        if images is None and all(isinstance(side, SpectralImage) for side in sides):
+            notes.append("The images differ in size: they are compared at the points only.")
+        inside, bands, said = _rmse_bands(common.grid)
+        notes += said
 
-    table_a, table_b = _tables(side_a, side_b, points, scene, aperture, component, (title_a, title_b))
-    if table_a is not None and table_b is not None:
-        notes += [
-            f"{side}: {note}." for side, table in (("A", table_a), ("B", table_b)) for note in table.notes
-        ]
-    pair = Pair(_through(table_a, to_a, common), _through(table_b, to_b, common))
-    images: tuple[ImageSide, ImageSide] | None = None
-    if isinstance(side_a, SpectralImage) and isinstance(side_b, SpectralImage):
-        images = (ImageSide(side_a, own[0], to_a, component), ImageSide(side_b, own[1], to_b, component))
-    inside = (common.grid.values >= RANGE[0] - 1e-6) & (common.grid.values <= RANGE[1] + 1e-6)
-    if not inside.any():
-        raise SpectrumError(
-            message(
-                "the common bands have no wavelength of 400-700 nm, over which RMSE is taken",
-                got=str(common.grid),
-            )
+        pair = paired(tables, weights, common)
+        scale, mean_a, mean_b, sentence = matched_scale(pair, images, common.grid, inside, match)
+        notes.append(sentence)
+        scale_error = scale_error_of(pair, images, common.grid, inside, match)
+        if scale_error:
+            where = "the average luminance" if match == "luminance" else f"point {match}"
+            notes.append(f"The noise of {where} makes that factor uncertain by {100 * scale_error:.2g} %.")
+        absolute = is_radiance(unit_of(sides[0]))
+        exposure = exposure_of(images[0]) if images else 1.0
+        pictured = 1 / exposure if images else None
+        chosen, sentence = white_of(pair.a, white, match, common.grid, observer, pictured, absolute=absolute)
+        notes.append(sentence)
+        notes += _colour_notes(common.grid, observer, chosen)
+        seed = _same_seed(sides)
+        results = Comparison(
+            *titles,
+            grid=common.grid,
+            rmse_bands=bands,
+            scale=scale,
+            mean_a=mean_a,
+            mean_b=mean_b,
+            white=chosen,
+            observer=observer,
+            notes=(),
+            points=None,
+            images=None,
+            match=match,
+            absolute=absolute,
         )
-    bands = (float(common.grid.values[inside][0]), float(common.grid.values[inside][-1]))
-    reached = "" if bands == RANGE else ", which is all that both have of 400-700 nm"
-    notes.append(f"RMSE is taken over {inside.sum()} bands, {bands[0]:g}-{bands[1]:g} nm{reached}.")
-
-    scale, mean_a, mean_b, said = matched_scale(pair, images, common.grid, inside, match, observer)
-    notes.append(said)
-    scale_error = scale_error_of(pair, inside, match)
-    if scale_error:
-        notes.append(f"The noise of point {match} makes that factor uncertain by {100 * scale_error:.2g} %.")
-    exposure = exposure_of(images[0]) if images else 1.0
-    chosen, said = white_of(pair.a, white, match, common.grid, observer, 1 / exposure if images else None)
-    notes.append(said)
-    first, last = max(common.grid.start, 360.0), min(common.grid.stop, 830.0)
-    notes.append(
-        f"XYZ: sums over {first:g}-{last:g} nm in steps of {common.grid.step:g} nm, {observer}; "
-        "colour differences: CIEDE2000 with unit weights."
-    )
-    results = Comparison(
-        title_a, title_b, common.grid, bands, scale, mean_a, mean_b, chosen, observer, (), None, None
-    )
-    compared = None
-    if pair.a is not None and pair.b is not None:
-        compared = _compare_points(pair.a, pair.b, inside, results, scale_error)
-    maps = None
-    if images:
-        adapted = adapt_to_d65(np.eye(3), chosen) if adapt else None
-        maps = compare_images(*images, inside, results, exposure, scale_error=scale_error, to_display=adapted)
-        how = "that of CIELAB is adapted to it (linear Bradford)" if adapt else "no adaptation"
-        notes.append(f"Pictures: sRGB, both with {1 / exposure:.4g} cd/m2 as white; the white is D65, {how}.")
-    return replace(results, notes=tuple(notes), points=compared, images=maps)
+        compared = compare_points(pair, inside, results, scale_error=scale_error, same_seed=seed)
+        maps = None
+        if images:
+            to_display, sentence = None, "no adaptation"
+            if adapt:
+                of_pictures, _ = white_of(pair.a, white, match, common.grid, CIE_1931, pictured)
+                to_display = adapt_to_d65(np.eye(3), of_pictures)
+                sentence = "that of CIELAB is adapted to it (linear Bradford)"
+            level = f"{1 / exposure:.4g} cd/m2" if absolute else "the same radiance"
+            notes.append(
+                f"Pictures: sRGB (CIE 1931), both with {level} as white; the white is D65, {sentence}."
+            )
+            maps = compare_images(
+                *images,
+                inside,
+                results,
+                exposure,
+                scale_error=scale_error,
+                to_display=to_display,
+                same_seed=seed,
+            )
+        return replace(results, notes=tuple(notes), points=compared, images=maps)
 
 
-def _bands(side: SpectralImage | PointSpectra, width: float | None) -> Bands:
-    if isinstance(side, SpectralImage):
-        return Bands(side.wavelengths, width or 0.0)
-    return side.bands if width is None else Bands(side.grid, width)
+def _opened(source: Source, until: ExitStack) -> Side:
+    """A side that is closed again if it was opened here."""
+    side = open_side(source)
+    if isinstance(side, SpectralImage) and side is not source:
+        until.callback(side.close)
+    return side
 
 
-def _title(side: SpectralImage | PointSpectra, source: Source) -> str:
+def _title(side: Side, source: Source) -> str:
     if isinstance(source, str | os.PathLike):
         return os.fspath(source)
     return side.title if isinstance(side, PointSpectra) else str(side.attrs.get("scene", "an image"))
 
 
-def _tables(
-    side_a: SpectralImage | PointSpectra,
-    side_b: SpectralImage | PointSpectra,
-    points: tuple[Point, ...] | None,
-    scene: Scene | None,
-    aperture: Aperture | None,
-    component: str | None,
-    titles: tuple[str, str],
-) -> tuple[PointSpectra | None, PointSpectra | None]:
-    """Spectra of the points that both sides have, in the order of A; (None, None) if there are none."""
-    sides = (side_a, side_b)
-    if all(isinstance(side, SpectralImage) for side in sides) and points is None:
-        return None, None
-    tables = [side for side in sides if isinstance(side, PointSpectra)]
-    if points is None and len(tables) < 2:
-        raise OptionError(
-            message(
-                "an image is compared with a table at points, and their places are missing",
-                expected=f"the places of {', '.join(tables[0].names)}",
-                fix="give a points file (--points)",
-            )
-        )
-    known = points or ()
-    for table in tables:
-        # places may be more than what was measured, and the other way round
-        known = tuple(point for point in known if point.name in table.names)
-    if len(tables) < 2 and not known:
-        raise OptionError(
-            message(
-                "the points of the points file are not those of the table",
-                got=", ".join(point.name for point in points or ()),
-                expected=f"some of {', '.join(tables[0].names)}" if tables else "at least one point",
-            )
-        )
-    found = [
-        side
-        if isinstance(side, PointSpectra)
-        else measure(side, known, scene=scene, aperture=aperture, component=component, title=title)
-        for side, title in zip(sides, titles, strict=True)
+def _table_notes(tables: tuple[PointSpectra, PointSpectra] | None) -> list[str]:
+    notes = []
+    for name, table in zip("AB", tables or (), strict=False):
+        notes += [f"{name}: {note}." for note in table.notes]
+        if table.standard_error is not None:
+            how = "fully correlated" if table.correlated else "independent"
+            notes.append(f"{name}: standard errors of the bands of a point count as {how}.")
+    return notes
+
+
+def _common(
+    sides: tuple[Side, Side], widths: tuple[float | None, float | None], wavelengths: Wavelengths | None
+) -> tuple[Bands, tuple[NDArray[np.float64] | None, NDArray[np.float64] | None], list[str]]:
+    """The common bands, what brings each side to them, and what was done."""
+    given = [
+        bands_of(side) if width is None else Bands(bands_of(side).grid, width)
+        for side, width in zip(sides, widths, strict=True)
     ]
-    both = tuple(name for name in found[0].names if name in found[1].names)
-    if not both:
-        raise OptionError(
+    own = [assumed_bands(given[0], given[1]), assumed_bands(given[1], given[0])]
+    common = common_bands(own[0], own[1], wavelengths)
+    to_a, said_a = conversion(own[0], common, "A")
+    to_b, said_b = conversion(own[1], common, "B")
+    assumed = [
+        f"{side}: the band shape is not known; {'this triangle is' if known.fwhm else 'samples are'} assumed."
+        for side, stated, known in zip("AB", given, own, strict=True)
+        if stated.fwhm is None
+    ]
+    return common, (to_a, to_b), [said_a, said_b, *assumed]
+
+
+def _components(
+    sides: tuple[Side, Side], component: str | None
+) -> tuple[tuple[str | None, str | None], list[str]]:
+    """What of each image is compared: light that luminesced twice only if both hold it."""
+    chosen: list[str | None] = [component, component]
+    notes = []
+    if component is None:
+        held = [_holds_reexcitation(side) for side in sides]
+        if sorted(held, key=str) == [False, True]:
+            with_it = held.index(True)
+            chosen[with_it] = "single_bounce"
+            notes.append(
+                f"Components: both sides without light that luminesced twice (single_bounce), since {'BA'[with_it]} "
+                "does not hold it."
+            )
+    for name, side, what in zip("AB", sides, chosen, strict=True):
+        if isinstance(side, SpectralImage) and what == "single_bounce":
+            layer = error_layer(side, what)
+            if layer == ("standard_error", None) and select(what, side.components) != side.components:
+                notes.append(f"{name}: {OF_TOTAL}.")
+    return (chosen[0], chosen[1]), notes
+
+
+def _holds_reexcitation(side: Side) -> bool | None:
+    """None if it cannot be told: a table, or an image that is not split."""
+    if not isinstance(side, SpectralImage):
+        return None
+    if side.attrs.get("single_bounce") == 1:
+        return False
+    if side.components == (TOTAL,):
+        return None
+    return not set(side.components) <= set(SINGLE_BOUNCE)
+
+
+def _images(
+    sides: tuple[Side, Side],
+    weights: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None],
+    components: tuple[str | None, str | None],
+    with_points: bool,
+) -> tuple[ImageSide, ImageSide] | None:
+    """Two images that can be compared pixel by pixel; None if there are not two."""
+    a, b = sides
+    if not (isinstance(a, SpectralImage) and isinstance(b, SpectralImage)):
+        return None
+    if a.size != b.size:
+        if with_points:
+            return None
+        raise ImageError(
             message(
-                "the tables have no point in common",
-                got=", ".join(found[0].names),
-                expected=", ".join(found[1].names),
+                "the images differ in size",
+                got=" and ".join(f"{w} x {h}" for w, h in (a.size, b.size)),
+                expected="the same number of pixels",
+                fix="render both at one size, or compare them at positions in the scene (--points)",
             )
         )
-    return _only(found[0], both), _only(found[1], both)
-
-
-def _only(spectra: PointSpectra, names: tuple[str, ...]) -> PointSpectra:
-    rows = [spectra.index(name) for name in names]
-    error = None if spectra.standard_error is None else spectra.standard_error[rows]
-    return replace(spectra, names=names, radiance=spectra.radiance[rows], standard_error=error)
-
-
-def _through(table: PointSpectra | None, weights: Array | None, common: Bands) -> PointSpectra | None:
-    if table is None or weights is None:
-        return table
-    error = None if table.standard_error is None else table.standard_error @ np.abs(weights).T
-    return replace(table, bands=common, radiance=table.radiance @ weights.T, standard_error=error)
-
-
-def _compare_points(
-    a: PointSpectra, b: PointSpectra, inside: NDArray[np.bool_], done: Comparison, scale_error: float
-) -> PointComparison:
-    matched = b.radiance * done.scale
-    difference = matched - a.radiance
-    lab_a, lab_b = (
-        lab_from_xyz(xyz_from_radiance(values, done.grid, done.observer), done.white)
-        for values in (a.radiance, matched)
+    return (
+        ImageSide(a, bands_of(a), weights[0], components[0]),
+        ImageSide(b, bands_of(b), weights[1], components[1]),
     )
-    errors = [
-        (name, error)
-        for name, error in (("A", a.standard_error), ("B", b.standard_error))
-        if error is not None
+
+
+def _rmse_bands(grid: Wavelengths) -> tuple[NDArray[np.bool_], tuple[float, float], list[str]]:
+    """Which bands RMSE is taken over, the first and the last of them, and how to say it."""
+    inside = (grid.values >= RANGE[0] - 1e-6) & (grid.values <= RANGE[1] + 1e-6)
+    if not inside.any():
+        fault = "the common bands have no wavelength of 400-700 nm, over which RMSE is taken"
+        raise SpectrumError(message(fault, got=str(grid)))
+    bands = (float(grid.values[inside][0]), float(grid.values[inside][-1]))
+    reached = "" if bands == RANGE else ", which is all that both have of 400-700 nm"
+    return inside, bands, [f"RMSE is taken over {inside.sum()} bands, {bands[0]:g}-{bands[1]:g} nm{reached}."]
+
+
+def _colour_notes(grid: Wavelengths, observer: str, white: NDArray[np.float64]) -> list[str]:
+    seen = grid.values[(grid.values >= 360 - 1e-6) & (grid.values <= 830 + 1e-6)]
+    notes = [
+        f"XYZ: sums over {seen[0]:g}-{seen[-1]:g} nm in steps of {grid.step:g} nm, {observer}; "
+        "colour differences: CIEDE2000 with unit weights."
     ]
-    noise = None
-    if errors:
-        variance = sum((error * (done.scale if name == "B" else 1.0)) ** 2 for name, error in errors)
-        noise = explained_by_noise(
-            np.sum(difference**2, axis=1),
-            np.sum(variance, axis=1),
-            difference.mean(axis=1),
-            np.sqrt(variance).mean(axis=1),
-            " and ".join(name for name, _ in errors),
-            scale_error=scale_error,
-            levels=matched.mean(axis=1),
-            level_squares=np.sum(matched**2, axis=1),
-        )
-    return PointComparison(
-        a.names,
-        a.radiance,
-        b.radiance,
-        a.standard_error,
-        b.standard_error,
-        rmse(a.radiance[:, inside], b.radiance[:, inside], done.mean_a, done.mean_b),
-        ciede2000(lab_a, lab_b),
-        lab_a,
-        lab_b,
-        band_error(a.radiance, matched),
-        band_bias(a.radiance, matched),
-        float(difference.mean() / a.radiance.mean()),
-        noise,
+    if not has_colour(white):
+        missing = " and ".join(axis for axis, value in zip("XYZ", white, strict=True) if not value > 0)
+        notes.append(f"CIEDE2000 cannot be had: in these bands the white has no {missing}.")
+    return notes
+
+
+def _same_seed(sides: tuple[Side, Side]) -> int | None:
+    """The seed of two renders by one method, if it is the same: their noise is then correlated."""
+    if not all(isinstance(side, SpectralImage) for side in sides):
+        return None
+    first, second = (
+        (side.attrs.get("seed"), side.attrs.get("method")) if isinstance(side, SpectralImage) else None
+        for side in sides
     )
+    return int(first[0]) if first == second and first is not None and first[0] is not None else None

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from fluorspar.errors import ImageError, message
 from fluorspar.image.dataset import row_blocks
 from fluorspar.measure.comparison import Comparison, ImageComparison
-from fluorspar.measure.difference import ciede2000
+from fluorspar.measure.difference import ciede2000, ratio
 from fluorspar.measure.noise import explained_by_noise
 from fluorspar.measure.sides import ImageSide
-from fluorspar.spectral.colour import lab_from_xyz, srgb_from_xyz, xyz_from_radiance
+from fluorspar.measure.whites import lab_of
+from fluorspar.spectral.colour import CIE_1931, srgb_from_xyz, xyz_from_radiance
 
 __all__ = ["compare_images", "mean_of_images"]
 
@@ -49,13 +50,13 @@ def mean_of_images(a: ImageSide, b: ImageSide) -> tuple[Array, Array]:
     count = 0
     for rows in row_blocks(a.image.dataset):
         blocks = [side.radiance(rows) for side in (a, b)]
-        known = np.isfinite(blocks[0][..., 0]) & np.isfinite(blocks[1][..., 0])
+        known = np.logical_and.reduce([np.isfinite(block).all(axis=-1) for block in blocks])
         count += int(known.sum())
         for index, block in enumerate(blocks):
             spectra = block.reshape(-1, block.shape[-1]) if known.all() else block[known]
             sums[index] = sums[index] + spectra.sum(axis=0, dtype=np.float64)
     if count == 0:
-        raise ImageError(message("there is no pixel that both images have"))
+        raise _nothing_common()
     return sums[0] / count, sums[1] / count
 
 
@@ -68,6 +69,7 @@ def compare_images(
     *,
     scale_error: float = 0.0,
     to_display: Array | None = None,
+    same_seed: int | None = None,
 ) -> ImageComparison:
     """Compare two images.
 
@@ -84,7 +86,9 @@ def compare_images(
     scale_error : float
         Relative standard error of the scale.
     to_display : ndarray of shape (3, 3), optional
-        What XYZ is multiplied with from the right for the pictures.
+        What XYZ (CIE 1931) is multiplied with from the right for the pictures.
+    same_seed : int, optional
+        As in `explained_by_noise`.
 
     Returns
     -------
@@ -99,19 +103,23 @@ def compare_images(
     signed = np.zeros((height, width, 3), np.float32)
     bands = len(done.grid)
     absolute, difference_sum, sum_a, sum_b = (np.zeros(bands) for _ in range(4))
-    scale = np.float32(done.scale)
+    # in units of the mean of A: squares of very small or large numbers leave the range of float32
+    to_unit = np.float32(1 / done.mean_a), np.float32(1 / done.mean_b)
     known_of = [name for name, side in (("A", a), ("B", b)) if side.has_errors]
     count = 0
     for rows in row_blocks(a.image.dataset):
-        first, second = a.radiance(rows), b.radiance(rows) * scale
+        first, second = a.radiance(rows) * to_unit[0], b.radiance(rows) * to_unit[1]
         difference = second - first
-        known = np.isfinite(difference).all(axis=-1)
-        maps["rmse"][rows] = _root_mean_square(difference[..., inside]) / done.mean_a
+        known = np.asarray(np.isfinite(difference).all(axis=-1))
+        maps["rmse"][rows] = _root_mean_square(difference[..., inside])
         labs = []
         shown = []
         for values in (first, second):
-            xyz = xyz_from_radiance(values, done.grid, done.observer)
-            labs.append(lab_from_xyz(xyz, done.white))
+            xyz = xyz_from_radiance(values, done.grid) * done.mean_a
+            seen = xyz
+            if done.observer != CIE_1931:
+                seen = xyz_from_radiance(values, done.grid, done.observer) * done.mean_a
+            labs.append(lab_of(seen, done.white))
             pictured = xyz if to_display is None else xyz @ to_display
             rgb, _ = srgb_from_xyz(np.where(known[..., np.newaxis], pictured, 0.0), exposure)
             shown.append(rgb)
@@ -127,7 +135,7 @@ def compare_images(
         sum_b += second[known].sum(axis=0, dtype=np.float64)
         if known_of:
             variance = np.zeros_like(difference)
-            for side, factor in ((a, np.float32(1)), (b, scale)):
+            for side, factor in zip((a, b), to_unit, strict=True):
                 if side.has_errors:
                     variance += np.square(side.errors(rows) * factor)
             squares[rows] = np.einsum("yxn,yxn->yx", difference, difference, dtype=np.float64)
@@ -137,7 +145,7 @@ def compare_images(
             means[rows] = difference.mean(axis=-1, dtype=np.float64)
             mean_errors[rows] = np.sqrt(variance).mean(axis=-1, dtype=np.float64)
     if count == 0:
-        raise ImageError(message("there is no pixel that both images have"))
+        raise _nothing_common()
     noise = None
     if known_of:
         noise = explained_by_noise(
@@ -149,9 +157,8 @@ def compare_images(
             scale_error=scale_error,
             levels=levels,
             level_squares=level_squares,
+            same_seed=same_seed,
         )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        error, bias = absolute / sum_a, difference_sum / sum_a
     return ImageComparison(
         maps["rmse"],
         maps["de00"],
@@ -159,12 +166,24 @@ def compare_images(
         pictures[1],
         signed,
         exposure,
-        sum_a / count,
-        sum_b / count,
-        error,
-        bias,
-        float(difference_sum.sum() / sum_a.sum()),
+        sum_a / count * done.mean_a,
+        sum_b / count * done.mean_a,
+        ratio(absolute, sum_a),
+        ratio(difference_sum, sum_a),
+        float(ratio(difference_sum.sum(), sum_a.sum())),
         noise,
+    )
+
+
+def _nothing_common() -> ImageError:
+    return ImageError(
+        message(
+            "there is no pixel that both images have",
+            where="A and B",
+            got="NaN in one of them at every pixel",
+            expected="pixels that were rendered in both",
+            fix="compare renders that were not stopped before they had the same pixels",
+        )
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, message
-from fluorspar.measure.noise import NoiseVerdict
+from fluorspar.measure.noise import NoiseVerdict, noise_sentence
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["LIMITS", "Comparison", "ImageComparison", "PointComparison"]
@@ -20,12 +20,13 @@ __all__ = ["LIMITS", "Comparison", "ImageComparison", "PointComparison"]
 Array = NDArray[np.float64]
 
 LIMITS = {
-    "rmse": "E{RMSE} of Eq. 14, of the points if there are any, else of the pixels",
+    "rmse": "mean RMSE of the points if there are any, else of the pixels; E{RMSE} of Eq. 14 with a point to match at",
     "rmse_max": "greatest RMSE of a point or pixel",
     "de00": "mean CIEDE2000",
     "de00_max": "greatest CIEDE2000",
     "bias": "mean of B - A over the mean of A, without its sign",
-    "noise_z": "greatest mean difference of a block of pixels, a point or everything, in standard errors",
+    "noise_z": "greatest deviation from what noise alone gives, in standard errors: mean difference of a block of "
+    "pixels, a point or everything, and the squared difference of everything",
 }
 """Numbers that `--fail-above` can limit, and what they are."""
 
@@ -179,6 +180,10 @@ class Comparison:
         What was done, sentence by sentence: bands, scale, white, sums.
     points : PointComparison or None
     images : ImageComparison or None
+    match : str
+        How the scales were matched: "none", "luminance" or a point.
+    absolute : bool
+        Whether the spectra of A are radiance in W m-2 sr-1 nm-1, so that luminances are in cd/m2.
     """
 
     title_a: str
@@ -193,6 +198,13 @@ class Comparison:
     notes: tuple[str, ...]
     points: PointComparison | None
     images: ImageComparison | None
+    match: str = "none"
+    absolute: bool = True
+
+    @property
+    def at_a_point(self) -> bool:
+        """Whether RMSE is that of Eq. 14: each side divided by its own mean at one point."""
+        return self.match not in ("none", "luminance")
 
     @property
     def main(self) -> PointComparison | ImageComparison:
@@ -221,9 +233,14 @@ class Comparison:
                         fix="compare renders that hold standard errors",
                     )
                 )
-            return max(self.main.noise.block_z, abs(self.main.noise.mean_z))
+            if self.main.noise.differs is None:
+                raise OptionError(message("noise_z is not known", got=self.main.noise.doubt))
+            return self.main.noise.greatest_z
         results = self.main.as_dict()
-        return abs(float(results[{"de00": "de00_mean"}.get(name, name)]))
+        number = abs(float(results[{"de00": "de00_mean"}.get(name, name)]))
+        if math.isnan(number):
+            raise OptionError(message(f"{name} cannot be had", got="; ".join(self.notes[-3:])))
+        return number
 
     def as_dict(self) -> dict[str, Any]:
         """All numbers, for JSON."""
@@ -269,7 +286,11 @@ class Comparison:
             found = part.as_dict()
             count = len(part.names) if isinstance(part, PointComparison) else found["pixels_compared"]
             lines.append(f"{count} {title}")
-            for label, key, mean in (("E{RMSE}", "rmse", "rmse"), ("CIEDE2000", "de00", "de00_mean")):
+            name = "E{RMSE}" if self.at_a_point else "mean RMSE"
+            for label, key, mean in ((name, "rmse", "rmse"), ("CIEDE2000", "de00", "de00_mean")):
+                if math.isnan(found[mean]):
+                    lines.append(f"  {label:<12} cannot be had")
+                    continue
                 below, greatest = found[f"{key}_95"], found[f"{key}_max"]
                 lines.append(
                     f"  {label:<12} {found[mean]:.5g}   (95 % below {below:.4g}, greatest {greatest:.4g})"
@@ -278,21 +299,6 @@ class Comparison:
             if part.noise is not None:
                 lines.append(f"  {'noise':<12} {noise_sentence(part.noise)}")
         return "\n".join(lines)
-
-
-def noise_sentence(noise: NoiseVerdict) -> str:
-    """What the standard errors say, in words."""
-    explained = (
-        "there is no difference"
-        if not math.isfinite(noise.share)
-        else f"explains {100 * noise.share:.1f} ± {100 * noise.share_uncertainty:.1f} % of the squared difference"
-    )
-    verdict = "more than noise" if noise.differs else "no more than noise"
-    what = f"of {noise.blocks} blocks" if noise.blocks < noise.observations else "of the points"
-    return (
-        f"{explained}; mean difference: {abs(noise.mean_z):.1f} standard errors, greatest {what}: {noise.block_z:.1f} "
-        f"(noise alone: below {noise.block_bound:.1f}), so the difference is {verdict}"
-    )
 
 
 def _finite(value: Any) -> Any:

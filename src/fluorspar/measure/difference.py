@@ -5,13 +5,15 @@ Eq. 14 is that of Tominaga, Guarnera, Ohtera, IEEE TVCG 2026, doi 10.1109/TVCG.2
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import OptionError, message
 from fluorspar.spectral.tables_of_colour_science import colour_science
 
-__all__ = ["band_bias", "band_error", "ciede2000", "expected_rmse", "rmse"]
+__all__ = ["band_bias", "band_error", "ciede2000", "expected_rmse", "ratio", "rmse"]
 
 Array = NDArray[np.float64]
 
@@ -91,7 +93,7 @@ def band_error(a: ArrayLike, b: ArrayLike) -> Array:
     Returns
     -------
     ndarray of shape (N,)
-        NaN where the mean of a is 0.
+        NaN where the mean of a is 0 and b is not; 0 where both are.
 
     Examples
     --------
@@ -99,7 +101,7 @@ def band_error(a: ArrayLike, b: ArrayLike) -> Array:
     array([0.5])
     """
     first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    return _over(np.abs(second - first).mean(axis=0), first.mean(axis=0))
+    return np.asarray(ratio(np.abs(second - first).mean(axis=0), first.mean(axis=0)))
 
 
 def band_bias(a: ArrayLike, b: ArrayLike) -> Array:
@@ -112,7 +114,7 @@ def band_bias(a: ArrayLike, b: ArrayLike) -> Array:
     Returns
     -------
     ndarray of shape (N,)
-        NaN where the mean of a is 0.
+        NaN where the mean of a is 0 and b is not; 0 where both are.
 
     Examples
     --------
@@ -120,11 +122,28 @@ def band_bias(a: ArrayLike, b: ArrayLike) -> Array:
     array([0.])
     """
     first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    return _over((second - first).mean(axis=0), first.mean(axis=0))
+    return np.asarray(ratio((second - first).mean(axis=0), first.mean(axis=0)))
 
 
-def _over(numerator: Array, denominator: Array) -> Array:
-    return np.divide(numerator, denominator, out=np.full_like(numerator, np.nan), where=denominator != 0)
+def ratio(numerator: ArrayLike, denominator: ArrayLike) -> Any:
+    """Return how much one number is of another: NaN of 0, but 0 if both are 0, as two black sides do not differ.
+
+    Parameters
+    ----------
+    numerator, denominator : array_like of the same shape
+
+    Returns
+    -------
+    ndarray or float
+
+    Examples
+    --------
+    >>> ratio([1.0, 1.0, 0.0], [2.0, 0.0, 0.0])
+    array([0.5, nan, 0. ])
+    """
+    upper, lower = np.asarray(numerator, dtype=np.float64), np.asarray(denominator, dtype=np.float64)
+    missing = np.where(upper == 0, 0.0, np.nan)
+    return np.divide(upper, lower, out=missing, where=lower != 0)[()]
 
 
 def ciede2000(lab_a: ArrayLike, lab_b: ArrayLike) -> Array:

@@ -4,6 +4,9 @@ The bands of a pixel are almost fully correlated, so the independent observation
 difference is expected to be the variance of the noise, whatever the correlation of the bands, so sums over
 bands and over blocks of pixels of both are compared. Each block counts the same: a few pixels at the edge of a
 lamp, whose noise is a thousand times that of others, would otherwise decide alone.
+
+Three things tell a real difference: the mean difference of a block or of everything; squared differences that are
+too large for the noise, such as those of a pattern that is zero on average; and a pixel without noise that differs.
 """
 
 from __future__ import annotations
@@ -14,13 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["NoiseVerdict", "explained_by_noise"]
+__all__ = ["NoiseVerdict", "explained_by_noise", "noise_sentence", "share_text", "verdict_text"]
 
 Array = NDArray[np.float64]
 
 _CHANCE = 1e-3
 _BLOCKS = 16  # along the longer side
 _LEAST = 8  # pixels along a block
+_ROUNDING = 1e-5  # of the radiance: sums and band conversions in float32
 
 
 @dataclass(frozen=True)
@@ -46,8 +50,16 @@ class NoiseVerdict:
         Number of blocks.
     observations : int
         Number of pixels or points.
-    differs : bool
-        Whether the difference is more than noise: `block_z` or `mean_z` is beyond the bound.
+    share_z : float
+        By how many standard deviations the squared differences exceed what noise alone gives (Wilson and
+        Hilferty's transform of chi-squared); negative: they fall short of it.
+    unexplained : int
+        Number of pixels or points that differ although neither side has noise there.
+    doubt : str
+        Why there is no verdict; empty if there is one.
+    differs : bool or None
+        Whether the difference is more than noise: `block_z`, `mean_z` or `share_z` is beyond the bound, or a
+        pixel without noise differs. None: no verdict.
     """
 
     known_of: str
@@ -58,7 +70,15 @@ class NoiseVerdict:
     block_bound: float
     blocks: int
     observations: int
-    differs: bool
+    share_z: float
+    unexplained: int
+    doubt: str
+    differs: bool | None
+
+    @property
+    def greatest_z(self) -> float:
+        """The greatest of all deviations, in standard errors; infinite if a pixel without noise differs."""
+        return np.inf if self.unexplained else max(self.block_z, abs(self.mean_z), self.share_z)
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain numbers and strings."""
@@ -75,6 +95,7 @@ def explained_by_noise(
     scale_error: float = 0.0,
     levels: ArrayLike | None = None,
     level_squares: ArrayLike | None = None,
+    same_seed: int | None = None,
 ) -> NoiseVerdict | None:
     """Compare differences with their standard errors.
 
@@ -94,12 +115,22 @@ def explained_by_noise(
     scale_error : float
         Relative standard error of the factor that matched the scales, which all pixels share.
     levels, level_squares : array_like of the same shape, optional
-        Mean over bands of B after matching, and the sum of its squares: needed with a scale error.
+        Mean over bands of B after matching, and the sum of its squares: needed with a scale error, and to tell
+        a difference from rounding where there is no noise.
+    same_seed : int, optional
+        The seed of both sides if it is the same: their noise is then correlated.
 
     Returns
     -------
     NoiseVerdict or None
-        None if there is no noise at all, or no pixel is known. Blocks without noise are left out.
+        None if there is no noise at all, or no pixel is known. Blocks without noise have no ratio; what
+        differs in them is counted pixel by pixel.
+
+    Notes
+    -----
+    For noise alone and bands that are fully correlated, the mean over blocks of the sum of squares over the sum
+    of variances is a mean of squares, whose degrees of freedom are those of the pixels, or fewer if the ratios
+    scatter more than that.
 
     Examples
     --------
@@ -114,21 +145,30 @@ def explained_by_noise(
     b = zero if levels is None else np.asarray(levels, dtype=np.float64)
     b2 = zero if level_squares is None else np.asarray(level_squares, dtype=np.float64)
     known = np.isfinite(q) & np.isfinite(v)
-    q, v, m, e2, b, b2 = (_blocks(np.where(known, values, 0.0)) for values in (q, v, m, e**2, b, b2))
+    quiet = known & (v + scale_error**2 * b2 == 0)
+    unexplained = int(np.sum(quiet & (q > _ROUNDING**2 * b2)))
+    equal = not q[known].any()
+    q, v, v2, m, e2, b, b2 = (
+        _blocks(np.where(known, values, 0.0)) for values in (q, v, v**2, m, e**2, b, b2)
+    )
     noisy = v > 0
     if not noisy.any():
         return None
-    q, v, m, e2, b, b2 = (values[noisy] for values in (q, v, m, e2, b, b2))
+    q, v, v2, m, e2, b, b2 = (values[noisy] for values in (q, v, v2, m, e2, b, b2))
     of_scale = scale_error**2 * b2
     ratios = q / (v + of_scale)
     mean = float(ratios.mean())
-    spread = float(ratios.std(ddof=1) / np.sqrt(len(ratios))) if len(ratios) > 1 else np.inf
+    scatter = float(ratios.std(ddof=1) / np.sqrt(len(ratios))) if len(ratios) > 1 else np.inf
     # the square of one shared error has a standard deviation of sqrt(2) times its mean
-    spread = float(np.hypot(spread, np.sqrt(2) * np.mean(of_scale / (v + of_scale))))
+    shared = float(np.sqrt(2) * np.mean(of_scale / (v + of_scale)))
+    spread = float(np.hypot(scatter, shared))
+    expected = float(np.hypot(np.sqrt(2 * np.sum(v2 / v**2)) / len(ratios), shared))
+    share_z = _square_z(mean, max(expected, scatter / mean if len(ratios) > 1 and mean > 0 else 0.0))
     z = m / np.sqrt(e2 + (scale_error * b) ** 2)
-    bound, worst = _bound(len(z) + 1), float(np.abs(z).max())
+    bound, worst = _bound(len(z) + 2), float(np.abs(z).max())
     own = np.sqrt(e2)
     mean_z = float(np.sum(m / own) / np.hypot(np.sqrt(len(m)), scale_error * np.sum(b / own)))
+    doubt = "" if equal else _doubt(same_seed, share_z < -bound)
     return NoiseVerdict(
         known_of,
         1 / mean if mean > 0 else np.inf,
@@ -138,7 +178,88 @@ def explained_by_noise(
         bound,
         len(z),
         int(known.sum()),
-        bool(max(worst, abs(mean_z)) > bound),
+        share_z,
+        unexplained,
+        doubt,
+        _differs(max(worst, abs(mean_z), share_z) > bound, unexplained, doubt),
+    )
+
+
+def _square_z(mean: float, spread: float) -> float:
+    """A mean of squares whose expectation is 1, in standard deviations, if it is a chi-squared variable.
+
+    Parameters
+    ----------
+    mean : float
+    spread : float
+        Its relative standard deviation, sqrt(2 / degrees of freedom).
+
+    References
+    ----------
+    E. B. Wilson, M. M. Hilferty, "The distribution of chi-square", PNAS 17(12), 1931.
+
+    Examples
+    --------
+    >>> round(_square_z(38.885 / 30, (2 / 30) ** 0.5), 2)  # of 30 degrees of freedom: 38.885 is at 87.2 %
+    1.14
+    """
+    variance = spread**2 / 9
+    return float((np.cbrt(mean) - (1 - variance)) / np.sqrt(variance))
+
+
+def _differs(beyond: bool, unexplained: int, doubt: str) -> bool | None:
+    if unexplained:
+        return True  # whatever the noise of the other pixels
+    return None if doubt else bool(beyond)
+
+
+def _doubt(same_seed: int | None, too_small: bool) -> str:
+    if same_seed is not None:
+        other = f"render one with --seed {same_seed + 1}"
+        return f"the noise of both is correlated (same seed {same_seed}): no verdict; {other}"
+    if too_small:
+        return (
+            "the difference is far smaller than its standard errors, so the noise of both is correlated or the "
+            "errors are too large: no verdict"
+        )
+    return ""
+
+
+def share_text(noise: NoiseVerdict) -> str:
+    """The share of the squared difference that noise explains, in words; never more than all of it."""
+    if not np.isfinite(noise.share):
+        return "no difference"
+    if noise.doubt:
+        return "not known"
+    if noise.share > 1 + noise.share_uncertainty:
+        return "all"
+    return f"{100 * noise.share:.1f} ± {100 * noise.share_uncertainty:.1f} %"
+
+
+def verdict_text(noise: NoiseVerdict) -> str:
+    """Whether the difference is more than noise, in words."""
+    if noise.differs is None:
+        return "no verdict"
+    return "more than noise" if noise.differs else "no more than noise"
+
+
+def noise_sentence(noise: NoiseVerdict, subject: str = "") -> str:
+    """What the standard errors say, in words; `subject` is put before what noise explains."""
+    of_blocks = noise.blocks < noise.observations
+    quiet = ""
+    if noise.unexplained:
+        quiet = f"; {noise.unexplained} {'pixels' if of_blocks else 'points'} differ where there is no noise"
+    if noise.doubt:
+        return noise.doubt + quiet
+    if np.isfinite(noise.share):
+        deviation = f"{abs(noise.share_z):.1f} standard deviations from all of it"
+        explained = f"{subject}explains {share_text(noise)} of the squared difference ({deviation})"
+    else:
+        explained = "there is no difference"
+    what = f"of {noise.blocks} blocks" if of_blocks else "of the points"
+    return (
+        f"{explained}; mean difference: {abs(noise.mean_z):.1f} standard errors, greatest {what}: {noise.block_z:.1f} "
+        f"(noise alone: below {noise.block_bound:.1f}){quiet}, so the difference is {verdict_text(noise)}"
     )
 
 

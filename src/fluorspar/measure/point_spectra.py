@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.atomic import replacing
+from fluorspar.measure.band_errors import errors_on_bands
 from fluorspar.measure.bands import Bands, band_weights
 from fluorspar.measure.spectra_table import TIDY, bandwidth_of, on_even_grid, tidy_spectra
 from fluorspar.measure.tables import read_cells
@@ -46,6 +47,9 @@ class PointSpectra:
         Where the spectra come from.
     notes : tuple of str
         What was done to them, sentence by sentence.
+    correlated : bool
+        Whether the errors of the bands of a point are fully correlated, as those of a render are; else they are
+        independent.
 
     Raises
     ------
@@ -67,6 +71,7 @@ class PointSpectra:
     whites: dict[str, float] = field(default_factory=dict)
     title: str = ""
     notes: tuple[str, ...] = ()
+    correlated: bool = False
 
     def __post_init__(self) -> None:
         expected = (len(self.names), len(self.bands.grid))
@@ -150,8 +155,8 @@ class PointSpectra:
     def through(self, fwhm: float) -> PointSpectra:
         """Return what an instrument of triangular bands would show.
 
-        The noise of neighbouring bands of a render is almost fully correlated, so standard errors are
-        averaged like the radiance.
+        Where the errors of the bands are fully correlated, as in a render, standard errors are averaged like the
+        radiance; else as those of independent numbers.
 
         Parameters
         ----------
@@ -175,7 +180,7 @@ class PointSpectra:
             raise OptionError(message("the spectra have a bandwidth already", got=f"{self.bands.fwhm:g} nm"))
         bands = Bands(self.grid, fwhm)
         weights = band_weights(self.grid.values, self.grid.values, fwhm)
-        error = None if self.standard_error is None else self.standard_error @ np.abs(weights).T
+        error = errors_on_bands(self.standard_error, weights, self.correlated)
         note = f"instrument bandwidth: triangular, {fwhm:g} nm FWHM"
         return replace(
             self,
@@ -191,7 +196,8 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
 
     Either tidy, one row for each point and wavelength, with the columns `point`, `wavelength`, `radiance` and
     perhaps `standard_error`; or wide, with the column `wavelength` first and then one column for each point. A
-    comment line `# bandwidth: 10` gives the instrument's FWHM in nm (0: samples), `# unit: ...` the unit.
+    comment line `# bandwidth: 10` gives the instrument's FWHM in nm (0: samples), `# unit: ...` the unit, and
+    `# errors: correlated` says that the errors of the bands are fully correlated, as in a render.
 
     Parameters
     ----------
@@ -244,7 +250,8 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     radiance, error, grid = on_even_grid(radiance, error, wavelengths, path)
     bands = Bands(grid, bandwidth_of(table))
     unit = table.keys.get("unit", PointSpectra.unit)
-    return PointSpectra(names, bands, radiance, error, unit, title=path.name)
+    correlated = table.keys.get("errors", "").startswith("correlated")
+    return PointSpectra(names, bands, radiance, error, unit, title=path.name, correlated=correlated)
 
 
 def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> None:
@@ -274,6 +281,8 @@ def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> 
     stream.write(f"# spectra of points in: {spectra.title}\n# unit: {spectra.unit}\n")
     if spectra.bands.fwhm is not None:
         stream.write(f"# bandwidth: {spectra.bands.fwhm:g}\n")
+    if spectra.standard_error is not None and spectra.correlated:
+        stream.write("# errors: correlated\n")
     luminances, illuminances = spectra.luminance(), spectra.illuminance()
     absolute = spectra.unit == PointSpectra.unit
     for name, value in zip(spectra.names, luminances, strict=True):

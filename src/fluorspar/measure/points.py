@@ -72,7 +72,8 @@ class Point:
 def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
     """Read a points file: CSV with the columns `point`, `x`, `y` and, for positions in the scene, `z`.
 
-    Further columns may be `white`, the reflectance of a known white (empty: none), and `note`.
+    A row whose `z` is empty is a pixel. Further columns may be `white`, the reflectance of a known white (empty:
+    none), and `note`.
 
     Parameters
     ----------
@@ -116,12 +117,12 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
                 expected="point, x, y[, z][, white][, note]",
             )
         )
-    axes = [header.index(axis) for axis in "xyz" if axis in header]
     points = []
     for row in table.rows:
         cells = dict(zip(header, row, strict=True))
         try:
-            position = tuple(float(row[column]) for column in axes)
+            flat = not cells.get("z", "")
+            position = tuple(float(cells[axis]) for axis in ("xy" if flat else "xyz"))
             white = float(cells["white"]) if cells.get("white") else None
         except ValueError as err:
             raise OptionError(

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import base64
 import html
+import math
 import os
 from collections.abc import Sequence
 
 import fluorspar
 from fluorspar.image.atomic import replacing
 from fluorspar.image.picture import png_bytes
-from fluorspar.measure.comparison import Comparison, ImageComparison, PointComparison, noise_sentence
+from fluorspar.measure.comparison import Comparison, ImageComparison, PointComparison
 from fluorspar.measure.figures import bands_figure, encode, maps_figure, points_figure, signed_picture
+from fluorspar.measure.noise import noise_sentence, share_text, verdict_text
 
 __all__ = ["report", "write_report"]
 
@@ -107,7 +109,7 @@ def _results(comparison: Comparison) -> str:
     columns = [("points", comparison.points), ("pixels", comparison.images)]
     present = [(title, part, part.as_dict()) for title, part in columns if part is not None]
     labels = [
-        ("E{RMSE}, Eq. 14", "rmse", 1.0, ""),
+        ("E{RMSE}, Eq. 14" if comparison.at_a_point else "RMSE, mean", "rmse", 1.0, ""),
         ("RMSE, 95 % are below", "rmse_95", 1.0, ""),
         ("RMSE, greatest", "rmse_max", 1.0, ""),
         ("CIEDE2000, mean", "de00_mean", 1.0, ""),
@@ -116,32 +118,20 @@ def _results(comparison: Comparison) -> str:
         ("bias, mean of B − A over the mean of A", "bias", 100.0, " %"),
     ]
     rows = [
-        [label, *(f"{factor * found[key]:.4g}{unit}" for _, _, found in present)]
+        [label, *(_number(factor * found[key], unit) for _, _, found in present)]
         for label, key, factor, unit in labels
     ]
-    for text, key in (("noise explains, of the squared difference", "share"), ("verdict", "differs")):
-        cells = []
-        for _, part, _ in present:
-            noise = part.noise
-            if noise is None:
-                cells.append("no standard errors")
-            elif key == "share":
-                cells.append(
-                    f"{100 * noise.share:.1f} ± {100 * noise.share_uncertainty:.1f} %"
-                    if noise.share < float("inf")
-                    else "no difference"
-                )
-            else:
-                cells.append("more than noise" if noise.differs else "no more than noise")
+    for text, said in (("noise explains, of the squared difference", share_text), ("verdict", verdict_text)):
+        cells = ["no standard errors" if part.noise is None else said(part.noise) for _, part, _ in present]
         rows.append([text, *cells])
     table = _table(["", *(title for title, _, _ in present)], rows)
-    said = [
-        f"<p>{title.capitalize()}: noise {html.escape(noise_sentence(part.noise))}. "
+    sentences = [
+        f"<p>{title.capitalize()}: {html.escape(noise_sentence(part.noise, subject='noise '))}. "
         f"Standard errors of {part.noise.known_of}.</p>"
         for title, part, _ in present
         if part.noise is not None
     ]
-    return table + "".join(said)
+    return table + "".join(sentences)
 
 
 def _image_parts(comparison: Comparison, found: ImageComparison) -> list[str]:
@@ -151,12 +141,13 @@ def _image_parts(comparison: Comparison, found: ImageComparison) -> list[str]:
         (found.rgb_b, f"B: {comparison.title_b}"),
         (signed, f"grey + {factor:g} (B − A), displayed R, G, B"),
     )
+    white = f"{1 / found.exposure:.4g} cd/m²" if comparison.absolute else "the same radiance"
     pictures = "".join(
         f"<figure>{_img(png_bytes(rgb), caption)}<figcaption>{html.escape(caption)}</figcaption></figure>"
         for rgb, caption in shown
     )
     return [
-        f'<h2>Pictures, both with {1 / found.exposure:.4g} cd/m² as white</h2><div class="pair">{pictures}</div>',
+        f'<h2>Pictures, both with {white} as white</h2><div class="pair">{pictures}</div>',
         "<h2>Maps</h2>",
         _img(encode(maps_figure(comparison)), "maps of CIEDE2000, RMSE and signed differences"),
         "<p>Colour bars end at the 98th percentile.</p>",
@@ -179,6 +170,10 @@ def _point_parts(comparison: Comparison, found: PointComparison) -> list[str]:
         else "",
         '<div class="wide">' + _table(["point", "RMSE", "CIEDE2000", *sides], rows) + "</div>",
     ]
+
+
+def _number(value: float, unit: str = "") -> str:
+    return f"{value:.4g}{unit}" if math.isfinite(value) else "cannot be had"
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

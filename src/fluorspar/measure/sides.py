@@ -9,14 +9,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import OptionError, message
+from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.image.components import select
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.bands import Bands
+from fluorspar.measure.image_errors import error_layer
 from fluorspar.measure.point_spectra import PointSpectra, read_point_spectra
+from fluorspar.rendering import METHODS
 
-__all__ = ["IMAGES", "TABLES", "ImageSide", "open_side"]
+__all__ = ["IMAGES", "TABLES", "ImageSide", "bands_of", "open_side"]
 
 IMAGES = (".nc", ".exr", ".hdr")
 TABLES = (".csv", ".txt")
@@ -66,6 +68,29 @@ def open_side(source: SpectralImage | PointSpectra | str | os.PathLike[str]) -> 
     )
 
 
+def bands_of(side: SpectralImage | PointSpectra) -> Bands:
+    """The bands of an image or a table: those it states; samples if Fluorspar rendered it; else not known.
+
+    Parameters
+    ----------
+    side : SpectralImage or PointSpectra
+
+    Examples
+    --------
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> ones, attrs = np.ones((7, 1, 1, 69)), {"method": "paths", "bandwidth_nm": 10}
+    >>> print(bands_of(SpectralImage.from_arrays(ones, Wavelengths(), attrs=attrs)))
+    360-700 nm by 5, triangular bands of 10 nm FWHM
+    >>> print(bands_of(SpectralImage.from_arrays(ones, Wavelengths())))
+    360-700 nm by 5, band shape not known
+    """
+    if isinstance(side, PointSpectra):
+        return side.bands
+    ours = side.attrs.get("method") in METHODS
+    stated = side.attrs.get("bandwidth_nm", 0.0 if ours else None)
+    return Bands(side.wavelengths, None if stated is None else float(stated))
+
+
 @dataclass(eq=False)
 class ImageSide:
     """An image as a comparison reads it: rows of the chosen components, on common bands.
@@ -102,7 +127,7 @@ class ImageSide:
     @property
     def has_errors(self) -> bool:
         """Whether the image holds standard errors of what is chosen."""
-        return "standard_error" in self.image.dataset and self.chosen == select(None, self.image.components)
+        return error_layer(self.image, self.component) is not None
 
     def radiance(self, rows: slice) -> NDArray[np.float32]:
         """Radiance of some rows, ndarray of shape (rows, X, T), float32; not to be written to."""
@@ -116,7 +141,11 @@ class ImageSide:
 
     def errors(self, rows: slice) -> NDArray[np.float32]:
         """Standard errors of some rows, ndarray of shape (rows, X, T); bands count as fully correlated."""
-        return self._on_common_bands(values_of(self.image.dataset, "standard_error", rows), absolute=True)
+        layer = error_layer(self.image, self.component)
+        if layer is None:
+            raise ImageError(message("the image holds no standard errors of what is chosen"))
+        variable, component = layer
+        return self._on_common_bands(values_of(self.image.dataset, variable, rows, component), absolute=True)
 
     def _on_common_bands(self, values: NDArray[np.float32], absolute: bool = False) -> NDArray[np.float32]:
         if self.weights is None:

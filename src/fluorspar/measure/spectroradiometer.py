@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, ImageError, OptionError, message
 from fluorspar.image.components import select
-from fluorspar.image.dataset import add_up
+from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture, coverage, radius_in_pixels
-from fluorspar.measure.bands import Bands
+from fluorspar.measure.bands import beyond_the_data
+from fluorspar.measure.image_errors import OF_TOTAL, error_layer
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point, pixels_of
+from fluorspar.measure.sides import bands_of
+from fluorspar.measure.units import is_radiance, unit_of
 from fluorspar.scene.scene import Scene
 
 __all__ = ["RANGE", "measure", "normalised", "scene_of"]
@@ -49,7 +54,7 @@ def measure(
     aperture : Aperture, optional
         By default 1/8 degree, if there is a scene, else one pixel. Pixels count as far as it covers them.
     bandwidth : float
-        FWHM of the instrument's triangular bands in nm; 0: none.
+        FWHM of the instrument's triangular bands in nm; 0: none. The notes say where they reach beyond the data.
     component : str, optional
         A component or a sum of some (`total`, `single_bounce`, `reflected`, `luminescent`).
     title : str
@@ -59,7 +64,8 @@ def measure(
     -------
     PointSpectra
         With the standard error of the mean under the aperture, if the image has standard errors for what is
-        measured: pixels are independent.
+        measured: pixels are independent, the bands of a pixel fully correlated. Known whites are kept if all light
+        is measured (the total, or `single_bounce`): illuminance needs it.
 
     Raises
     ------
@@ -92,15 +98,15 @@ def measure(
             projected = _visible_pixels(scene, points)
     pixels = pixels_of(points, image.size, projected)
     chosen = select(component, image.components)
-    with_errors = "standard_error" in image.dataset and chosen == select(None, image.components)
+    layer = error_layer(image, component)
     radiance = np.empty((len(points), len(image.wavelengths)))
-    error = np.empty_like(radiance) if with_errors else None
+    error = np.empty_like(radiance) if layer is not None else None
     for p, (point, pixel) in enumerate(zip(points, pixels, strict=True)):
         rows, columns, weights = coverage(pixel, aperture, image.size, matrix)
         part = image.dataset.isel(y=rows, x=columns)
         radiance[p] = np.einsum("yx,yxn->n", weights, add_up(part, chosen), dtype=np.float64)
-        if error is not None:
-            errors = np.asarray(part["standard_error"].values, np.float64)
+        if error is not None and layer is not None:
+            errors = values_of(part, layer[0], component=layer[1]).astype(np.float64)
             error[p] = np.sqrt(np.einsum("yx,yxn->n", weights**2, errors**2))
         if not np.isfinite(radiance[p]).all():
             raise ImageError(
@@ -110,19 +116,27 @@ def measure(
         if (pixel < radius - 0.01).any() or (pixel + radius > np.array(image.size) + 0.01).any():
             text = f"the aperture at point {point.name} reaches beyond the image: only the part inside is measured"
             warnings.warn(text, ApproximationWarning, stacklevel=2)
-    whites = {point.name: point.white for point in points if point.white is not None}
-    notes = (f"mean under an aperture of {aperture}" + ("" if component is None else f", {component}"),)
+    all_light = chosen == select(None, image.components) or component == "single_bounce"
+    whites = {point.name: point.white for point in points if point.white is not None and all_light}
+    notes = [f"mean under an aperture of {aperture}" + ("" if component is None else f", {component}")]
+    if layer == ("standard_error", None) and chosen != select(None, image.components):
+        notes.append(OF_TOTAL)
+    bands = bands_of(image)
     names = tuple(point.name for point in points)
     spectra = PointSpectra(
         names,
-        Bands(image.wavelengths),
+        bands,
         radiance,
         error,
+        unit_of(image),
         whites=whites,
         title=title or _title(image),
-        notes=notes,
-    )
-    return spectra.through(bandwidth)
+        notes=tuple(notes),
+        correlated=True,
+    ).through(bandwidth)
+    if bandwidth and (said := beyond_the_data(bands.grid, bands.grid, bandwidth)):
+        spectra = replace(spectra, notes=(*spectra.notes, said))
+    return spectra
 
 
 def _visible_pixels(scene: Scene, points: tuple[Point, ...]) -> Array:
@@ -155,7 +169,7 @@ def _visible_pixels(scene: Scene, points: tuple[Point, ...]) -> Array:
 
 
 def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
-    """Load the scene an image was rendered from, if it is built-in.
+    """Load the scene an image was rendered from, if it is built-in, with the parameters it was rendered with.
 
     Parameters
     ----------
@@ -166,7 +180,7 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
     Raises
     ------
     OptionError
-        If it is required and the image names no built-in scene.
+        If it is required and the image names no built-in scene, or the mesh it was rendered with is gone.
 
     Examples
     --------
@@ -179,13 +193,25 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
 
     name = str(image.attrs.get("scene", ""))
     if name in BUILTIN:
-        return load_scene(name)
+        parameters = image.attrs.get("parameters") or {}
+        mesh = parameters.get("mesh")
+        if mesh is not None and not Path(mesh).is_file():
+            raise OptionError(
+                message(
+                    "the mesh that the image was rendered with is gone",
+                    where=f"scene {name}",
+                    got=mesh,
+                    fix=f"put it back, or say where it is: --scene {name} -D mesh=FILE",
+                )
+            )
+        return load_scene(name, parameters=parameters)
     if required:
         raise OptionError(
             message(
                 "the scene is needed for positions in it, and for an aperture in degrees",
                 got=f"an image of {name!r}" if name else "an image that names no scene",
-                fix="name the scene (--scene), or give pixels and an aperture in pixels (--aperture 3px)",
+                fix="name the scene (--scene, and -D KEY=VALUE as it was rendered), or give pixels and an aperture in "
+                "pixels (--aperture 3px)",
             )
         )
     return None
@@ -212,6 +238,7 @@ def normalised(spectra: PointSpectra, by: str) -> PointSpectra:
 
     Examples
     --------
+    >>> from fluorspar.measure.bands import Bands
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> spectra = PointSpectra(("1", "2"), Bands(Wavelengths(400, 700, 10)), np.full((2, 31), [[2.0], [4.0]]))
     >>> normalised(spectra, "2").radiance[:, 0]
@@ -221,7 +248,9 @@ def normalised(spectra: PointSpectra, by: str) -> PointSpectra:
         return spectra
     if by == "luminance":
         divisor = float(spectra.luminance().mean())
-        unit, what = "W m-2 sr-1 nm-1 per cd m-2", f"the mean luminance of the points, {divisor:.6g} cd/m2"
+        absolute = is_radiance(spectra.unit)
+        unit = f"{spectra.unit} per cd m-2" if absolute else "1"
+        what = f"the mean luminance of the points, {divisor:.6g}" + (" cd/m2" if absolute else "")
     else:
         low, high = RANGE
         inside = (spectra.grid.values >= low) & (spectra.grid.values <= high)

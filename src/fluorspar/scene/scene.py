@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +106,8 @@ class Scene:
         The scene as Mitsuba's parser sees it.
     base
         Folder against which its file names are resolved.
+    parameters
+        The values given for the `$key` substitutions of its file; that of a mesh as an absolute path.
     """
 
     name: str
@@ -115,6 +117,7 @@ class Scene:
     settings: Settings
     nodes: Any
     base: Path
+    parameters: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         s = self.settings
@@ -232,14 +235,17 @@ def load_scene(
         read = builtin_path(name) if name in BUILTIN else Path(source)
         base = read.resolve().parent
     values = {key: str(value) for key, value in (parameters or {}).items()}
+    given = dict(values)
     if name in BUILTIN:
         values = builtin_parameters(name, values)
+        if "mesh" in given:
+            given["mesh"] = str(Path(given["mesh"]).resolve())  # to be found from another folder too
     with use_variant(SPECTRUM_VARIANT), resolving(base):
         state = parse_scene(read, values)
         settings = _settings(state)
         table = read_surfaces(state, base=base, overrides=materials or {}, matte=matte, library=library)
     return Scene(
-        name, tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, state, base
+        name, tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, state, base, given
     )
 
 

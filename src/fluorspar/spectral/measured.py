@@ -190,8 +190,9 @@ class MeasuredMatrix:
                [0.02, 0.  ]]))
         """
         w = grid.values
-        reflectance = self._reflectance_on(grid)
-        self._warn_outside(grid)
+        held = self.reflectance.on(grid, outside="hold")
+        reflectance = self._with_room(held, w)
+        self._warn_outside(grid, bool(np.any(reflectance < held)))
         rows, columns = _indices(w, self.emission), _indices(w, self.excitation)
         inside = np.outer(_inside(rows, self.emission), _inside(columns, self.excitation))
         at = rows.clip(0, len(self.emission) - 1), columns.clip(0, len(self.excitation) - 1)
@@ -207,22 +208,25 @@ class MeasuredMatrix:
             density = np.where(np.tri(n, k=-1), below, np.where(np.tri(n), 0.0, above))
         return reflectance, np.where(inside, density, 0.0)
 
-    def _reflectance_on(self, grid: Wavelengths) -> Array:
-        """S on a grid; where it was not measured its end value, as far as the luminescence leaves room for it."""
-        S = self.reflectance.on(grid, outside="hold")
-        w, (first, last) = grid.values, self.reflectance.support
-        unknown = (w < first - _SAME) | (w > last + _SAME)
+    def _with_room(self, S: Array, w: Array) -> Array:
+        """Lower S, where it was not measured, as far as luminescence leaves no room for it; all of shape (N,)."""
+        first, last = self.reflectance.support
         lit = photon_yield(self._luminescent_cells(), self.emission, self.excitation)
         luminescent = np.interp(w, self.excitation, lit, left=0.0, right=0.0)
-        return np.where(unknown & (luminescent > 0), np.minimum(S, np.clip(0.99 - luminescent, 0, 1)), S)
+        unknown = ((w < first - _SAME) | (w > last + _SAME)) & (luminescent > 0)
+        return np.where(unknown, np.minimum(S, np.clip(0.99 - luminescent, 0, 1)), S)
 
-    def _warn_outside(self, grid: Wavelengths) -> None:
+    def _warn_outside(self, grid: Wavelengths, lowered: bool) -> None:
         first, last = self.reflectance.support
         excited = (float(self.excitation[0]), float(self.excitation[-1]))
         gaps = [
             f"{what} measured for {a:g}-{b:g} nm ({assumed} outside)"
             for what, (a, b), assumed in (
-                ("reflectance", (first, last), "end value held, or less where luminescence leaves no room"),
+                (
+                    "reflectance",
+                    (first, last),
+                    "end value held" + ", or less where luminescence leaves no room," * lowered,
+                ),
                 ("excitation", excited, "0 assumed"),
                 ("emission", (float(self.emission[0]), float(self.emission[-1])), "0 assumed"),
             )
