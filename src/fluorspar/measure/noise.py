@@ -252,8 +252,9 @@ def noise_sentence(noise: NoiseVerdict, subject: str = "") -> str:
     if noise.doubt:
         return noise.doubt + quiet
     if np.isfinite(noise.share):
-        deviation = f"{abs(noise.share_z):.1f} standard deviations from all of it"
-        explained = f"{subject}explains {share_text(noise)} of the squared difference ({deviation})"
+        share = share_text(noise)
+        deviation = "" if share == "all" else f" ({abs(noise.share_z):.1f} standard deviations from all of it)"
+        explained = f"{subject}explains {share} of the squared difference{deviation}"
     else:
         explained = "there is no difference"
     what = f"of {noise.blocks} blocks" if of_blocks else "of the points"
