@@ -253,7 +253,9 @@ def noise_sentence(noise: NoiseVerdict, subject: str = "") -> str:
         return noise.doubt + quiet
     if np.isfinite(noise.share):
         share = share_text(noise)
-        deviation = "" if share == "all" else f" ({abs(noise.share_z):.1f} standard deviations from all of it)"
+        deviation = (
+            "" if share == "all" else f" ({abs(noise.share_z):.1f} standard deviations from all of it)"
+        )
         explained = f"{subject}explains {share} of the squared difference{deviation}"
     else:
         explained = "there is no difference"

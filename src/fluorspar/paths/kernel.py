@@ -2,8 +2,8 @@
 
 What makes it fast was measured: one path's spectra are contiguous and padded, so that loops run along wavelength
 without remainder; the code is compiled for the number of bands; F and G are zero until the path meets a
-fluorescent surface; a path's records are read once into a small buffer; the camera vertex is done once for each
-pixel and material.
+fluorescent surface; the last vertex is lit by lamps only, so what luminesces there comes from a table; a path's records
+are read once into a small buffer; the camera vertex is done once for each pixel and material.
 """
 
 from __future__ import annotations
@@ -251,6 +251,18 @@ def _propagate(path: Any, n: int, tables: Any, one_light: bool, width: int) -> b
             a, c = vertex[k, 1], vertex[k, 2]
             for j in range(width):
                 R[j] = w * L[a, j] + h * L[c, j]
+        r = vertex[k, 0]
+        glow = tables.glows[r]
+        if glow >= 0:
+            # only lamps light the last vertex, and what a material makes of their light is in a table
+            luminesced = True
+            f, a, c = weight[k - 1, 2], np.int64(0), np.int64(0)
+            if not one_light:
+                a, c = vertex[k, 1], vertex[k, 2]
+            for j in range(width):
+                F[j] = f * (w * tables.glow[glow, a, j] + h * tables.glow[glow, c, j])
+                G[j] = 0
+    last = k
     while k > 0:
         r = vertex[k, 0]
         k -= 1
@@ -259,7 +271,9 @@ def _propagate(path: Any, n: int, tables: Any, one_light: bool, width: int) -> b
             # E_D of the camera vertex is summed apart.
             w = np.float32(0)
             h = np.float32(0)
-        if tables.last[r] > tables.first[r] or tables.full[r] >= 0:
+        if k + 1 == last:
+            pass  # done above
+        elif tables.glows[r] >= 0:
             for j in range(width):
                 V[j] = 0
             if luminesced:
@@ -414,7 +428,7 @@ def _components(y: Any, sums: Any, r: int, width: int, tables: Any, path: Any) -
         y[3, j] += S[r, j] * sums[r, 1, j]
         y[5, j] += S[r, j] * sums[r, 2, j]
         y[6, j] += S[r, j] * sums[r, 3, j]
-    if tables.last[r] > tables.first[r] or tables.full[r] >= 0:
+    if tables.glows[r] >= 0:
         for c in range(3):
             for j in range(width):
                 U[j] = sums[r, c, j] if c < 2 else sums[r, 2, j] + sums[r, 3, j]

@@ -34,6 +34,10 @@ class SpectralTables(NamedTuple):
         Weight of excitation at the emission wavelength itself: 1/2, or 0 for `stokes="strict"`.
     matrices
         (full matrices, B, B): step times D_L, transposed (excitation, emission).
+    glows
+        (rows,) int64: index of the row in `glow`, -1 for a surface that does not fluoresce.
+    glow
+        (fluorescent rows, lights, B): the luminescence of the row in the light of each lamp.
     """
 
     lights: NDArray[np.float32]
@@ -45,6 +49,8 @@ class SpectralTables(NamedTuple):
     beta: NDArray[np.float32]
     equal: np.float32
     matrices: NDArray[np.float32]
+    glows: NDArray[np.int64]
+    glow: NDArray[np.float32]
 
 
 def padded(bands: int) -> int:
@@ -83,7 +89,8 @@ def spectral_tables(
         out[..., :bands] = values
         return out
 
-    first, last, full = [], [], []
+    first, last, full, glows = [], [], [], []
+    glow: list[list[NDArray[np.float64]]] = []
     alphas: list[NDArray[np.float64]] = []
     betas: list[NDArray[np.float64]] = []
     matrices: list[NDArray[np.float32]] = []
@@ -102,6 +109,9 @@ def spectral_tables(
                     alphas.append(alpha)
                     betas.append(grid.step * beta)
         last.append(len(alphas))
+        glows.append(len(glow) if last[-1] > first[-1] or full[-1] >= 0 else -1)
+        if glows[-1] >= 0:
+            glow.append([made.apply_luminescent(light) for light in lights])
 
     rules = {made.stokes for made in materials}
     if len(rules) > 1:
@@ -116,4 +126,6 @@ def spectral_tables(
         beta=pad(np.array(betas).reshape(-1, bands)),
         equal=np.float32(0.0 if rules == {"strict"} else 0.5),
         matrices=np.array(matrices, dtype=np.float32).reshape(-1, width, width),
+        glows=np.array(glows, dtype=np.int64),
+        glow=pad(np.array(glow).reshape(len(glow), len(lights), bands)),
     )
