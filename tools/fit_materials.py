@@ -152,13 +152,13 @@ def quality_table(rows: list[tuple[Sample, MaterialFit, FitReport, FitReport]]) 
     for sample, fit, coarse, fine in rows:
         cells = [sample.name, sample.stem, str(fit.rank)]
         cells += [f"{coarse.delta_e[light]:.2f}" for light in lights]
-        cells += [f"{fine.delta_e['D65']:.2f}", f"{coarse.delta_e_all_cells:.2f}"]
+        cells += [f"{fine.delta_e['D65']:.2f}", f"{coarse.delta_e_all_cells['D65']:.2f}"]
         cells += [f"{100 * fit.unexplained:.0f} %" if fit.rank else "-", f"{coarse.photon_yield.max():.2f}"]
         lines.append("| " + " | ".join(cells) + " |")
     lit = [(coarse, fine) for _, fit, coarse, fine in rows if fit.rank]
     means = [np.mean([coarse.delta_e[light] for coarse, _ in lit]) for light in lights]
     means += [np.mean([fine.delta_e["D65"] for _, fine in lit])]
-    means += [np.mean([coarse.delta_e_all_cells for coarse, _ in lit])]
+    means += [np.mean([coarse.delta_e_all_cells["D65"] for coarse, _ in lit])]
     mean = ["mean of the fluorescent", "", "", *(f"{value:.2f}" for value in means), "", ""]
     lines.append("| " + " | ".join(mean) + " |")
     return "\n".join(lines)

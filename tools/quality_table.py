@@ -21,7 +21,7 @@ from fluorspar.spectral.library import material, materials
 PAGE = Path(__file__).parents[1] / "docs" / "materials.md"
 BEGIN, END = "<!-- begin: tools/quality_table.py -->", "<!-- end: tools/quality_table.py -->"
 LIGHTS = ("D65", "A", "FL11", "D65+UV", "D65-UV")
-FINE, ALL = "D65, 5 nm", "D65, all cells"
+FINE, ALL = "D65, 5 nm", ("D65, all cells", "A, all cells", "FL11, all cells")
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,8 @@ def quality(name: str) -> Quality | None:
         return None
     differences = [float(_one(rf"[ ,:]{re.escape(light)} ([0-9.]+)[,;]", text)) for light in LIGHTS]
     differences.append(float(_one(r"D65 at 5 nm ([0-9.]+)", text)))
-    differences.append(float(_one(r"above the diagonal ([0-9.]+)", text)))
+    all_cells = _one(r"above the diagonal ([^;]+);", text)
+    differences += [float(_one(rf"{light} ([0-9.]+)", all_cells)) for light in ("D65", "A", "FL11")]
     return Quality(
         name,
         made.description,
@@ -79,7 +80,7 @@ def _one(pattern: str, text: str) -> str:
 def table() -> str:
     """Return the table, a row for each fitted material and one of means."""
     rows = [row for name in materials() if (row := quality(name))]
-    head = ["material", "what", "rank", *LIGHTS, FINE, ALL, "noise per cell", "unexplained", "photon yield"]
+    head = ["material", "what", "rank", *LIGHTS, FINE, *ALL, "noise per cell", "unexplained", "photon yield"]
     lines = ["| " + " | ".join(head) + " |", "|---|---|" + "---:|" * (len(head) - 2)]
     lines += ["| " + " | ".join(row.cells) + " |" for row in rows]
     means = [f"{value:.2f}" for value in np.mean([row.differences for row in rows], axis=0)]

@@ -170,11 +170,92 @@ def test_inspect_does_not_claim_what_cannot_be_told(fluorspar: CommandLine) -> N
     assert "none: no luminescence beyond noise" in out
 
 
+def test_yields_are_left_empty_where_reflectance_was_not_measured(
+    fluorspar: CommandLine, tmp_path: Path
+) -> None:
+    """Excitation from 360 nm, emission from 400: what the fit assumes of S in between is not measured."""
+    wide = np.hstack([np.full((16, 2), 0.002), cells()])
+    lines = ["# quantity: band", "# step: 20", "nm," + ",".join(map(str, [360, 380, *W]))]
+    lines += [f"{w}," + ",".join(f"{v:.5f}" for v in row) for w, row in zip(W, wide, strict=True)]
+    fluorspar.write("wide.csv", "\n".join(lines))
+    outcome = fluorspar("materials", "inspect", "wide.csv", "--yields", "yields.csv")
+    assert outcome.code == 0, outcome.err
+    rows = [line.split(",") for line in (tmp_path / "yields.csv").read_text().splitlines()[2:]]
+    assert [row[0] for row in rows[:3]] == ["360", "380", "400"]
+    assert [row[1] for row in rows[:2]] == ["", ""]
+    assert [row[3] for row in rows[:2]] == ["", ""]
+    assert float(rows[0][2]) > 0
+    assert float(rows[2][1]) > 0
+
+
+def test_no_command_writes_over_what_it_reads(fluorspar: CommandLine, measured: Path, tmp_path: Path) -> None:
+    (tmp_path / "lib").mkdir()
+    old = measured.read_bytes()
+    kept = tmp_path / "lib" / "paint.csv"
+    kept.write_bytes(old)
+    fluorspar.write("ex.csv", "# units: photon\n400,0\n450,1\n500,0\n")
+    fluorspar.write("em.csv", "# units: photon\n480,0\n530,1\n580,0\n")
+    fluorspar.write("base.csv", "# fluorspar-material: 1\nwavelength,reflectance\n300,0.8\n780,0.8\n")
+    options = ("--quantum-yield", "0.9", "--strength", "0.5", "--substrate", "base.csv", "-o", "base.csv")
+    for arguments in (
+        ("inspect", "paint", "--library", "lib", "--yields", "lib/paint.csv"),
+        ("fit", measured.name, "-o", measured.name),
+        ("dye", "ex.csv", "em.csv", *options),
+    ):
+        outcome = fluorspar("materials", *arguments)
+        assert outcome.code == 2
+        assert outcome.says("is one that is read")
+    assert kept.read_bytes() == measured.read_bytes() == old
+    assert "0.8" in (tmp_path / "base.csv").read_text()
+
+
+def test_an_impossible_dyed_material_is_not_written(fluorspar: CommandLine, tmp_path: Path) -> None:
+    fluorspar.write("ex.csv", "# units: energy\n400,0\n450,1\n500,0\n")
+    fluorspar.write("em.csv", "# units: energy\n480,0\n530,1\n580,0\n")
+    hot = "# fluorspar-material: 1\nwavelength,reflectance,emission,excitation\n300,0.9,0,1\n600,0.9,2,1\n780,0.9,2,0\n"
+    fluorspar.write("hot.csv", hot)
+    options = ("--quantum-yield", "0.9", "--strength", "0.1", "--substrate", "hot.csv", "-o", "made.csv")
+    outcome = fluorspar("materials", "dye", "ex.csv", "em.csv", *options)
+    assert outcome.code == 2
+    assert outcome.says("more photons than it gets")
+    assert not (tmp_path / "made.csv").exists()
+
+
+def test_colour_follows_a_lamp_with_lines(fluorspar: CommandLine) -> None:
+    w = np.arange(300, 781)
+    lamp = "\n".join(f"{x},{501 if x == 546 else 1}" for x in w)
+    fluorspar.write("tube.csv", lamp)
+    fine = good(fluorspar("materials", "colour", "poster-red", "--illuminant", "tube.csv"))
+    told = good(
+        fluorspar(
+            "materials", "colour", "poster-red", "--illuminant", "tube.csv", "--wavelengths", "300:780:1"
+        )
+    )
+    assert fine == told
+
+
+def test_a_range_that_cuts_the_luminescence_is_told(
+    fluorspar: CommandLine, measured: Path, tmp_path: Path
+) -> None:
+    """Excitation at 460, emission at 580 nm: 400-500 nm keeps no emission, 500-700 hardly any excitation."""
+    outcome = fluorspar("materials", "fit", measured.name, "-o", "blue.csv", "--wavelengths", "400:500:20")
+    assert outcome.code == 0, outcome.err
+    assert outcome.says("400-500 nm by 20 leaves out", "of the emission")
+    difference = re.search(r"to the measurement: D65 ([0-9.]+)", (tmp_path / "blue.csv").read_text())
+    assert difference is not None
+    assert float(difference[1]) > 5
+    outcome = fluorspar("materials", "fit", measured.name, "-o", "red.csv", "--wavelengths", "500:700:20")
+    assert outcome.says("leaves out", "of the excitation")
+
+
 def test_list_shows_the_fault_of_one_file_and_goes_on(fluorspar: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "lib").mkdir()
     fluorspar.write("lib/broken.csv", "a,b\n")
+    hot = "# fluorspar-material: 1\nwavelength,reflectance,emission,excitation\n300,0.9,0,1\n600,0.9,9,1\n780,0.9,9,0\n"
+    fluorspar.write("lib/hot.csv", hot)
     out = good(fluorspar("materials", "list", "--library", "lib"))
     assert "holds no rows of numbers" in out
+    assert "more photons" in out
     assert "poster-red" in out
 
 

@@ -102,3 +102,20 @@ def test_a_measured_substrate_is_refused():
     sheet = Material.from_matrix("sheet", MeasuredMatrix(w, w, [[0.5, 0], [0.1, 0.5]]))
     with pytest.raises(MaterialError, match="fit it first"):
         dye(peak(420), peak(560), 0.8, 0.5, units="photon", substrate=sheet)
+
+
+def test_a_dye_takes_light_from_those_below_it() -> None:
+    """S and beta of the substrate's dye are both multiplied by 1 - a, so photons stay conserved."""
+    w = np.arange(400.0, 701.0, 5.0)
+    peak = Spectrum(w, np.exp(-(((w - 480) / 30) ** 2))), Spectrum(w, np.exp(-(((w - 560) / 25) ** 2)))
+    below = dye(*peak, quantum_yield=1.0, strength=0.9, units="photon", substrate=0.9)
+    both = dye(*peak, quantum_yield=1.0, strength=0.8, units="photon", substrate=below)
+    grid = Wavelengths(400, 700, 5)
+    old, new = below.on(grid), both.on(grid)
+    left = 1 - 0.8 * peak[0].values
+    assert new.reflectance == pytest.approx(left * old.reflectance)
+    lower = new.emission[0][:, None] * new.excitation[0][None, :]
+    assert lower == pytest.approx(
+        old.emission[0][:, None] * old.excitation[0][None, :] * left, rel=1e-9, abs=1e-15
+    )
+    assert new.photon_yield().max() <= 1

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fluorspar.errors import MaterialError, SpectrumError
+from fluorspar.spectral.lamp_colour import colour_under_lamp
 from fluorspar.spectral.library import ENVIRONMENT, material, materials, read_material
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -168,3 +169,19 @@ def test_shipped_materials_are_possible_and_reach_from_300_to_780_nm() -> None:
 
 def test_a_material_read_is_the_material_listed(folder: Path) -> None:
     assert read_material(folder / "two-dyes.csv").name in materials([folder])
+
+
+def test_a_summary_shows_the_colour_that_colour_does() -> None:
+    """A neon paint is brighter than sRGB can show: dimmed, it keeps its hue, here as there."""
+    seen = colour_under_lamp(material("neon-yellow"), "D65")
+    rgb = " ".join(str(round(255 * float(c))) for c in seen.srgb)
+    assert f"sRGB {rgb}," in repr(material("neon-yellow"))
+
+
+def test_files_of_a_mixture_are_looked_for_beside_the_scene(tmp_path) -> None:
+    for name, value in (("a", 0.2), ("b", 0.6)):
+        text = f"# fluorspar-material: 1\nwavelength,reflectance\n300,{value}\n780,{value}\n"
+        (tmp_path / f"{name}.csv").write_text(text)
+    assert material("a.csv:0.5,b.csv:0.5", base=tmp_path).reflectance.at(500) == pytest.approx(0.4)
+    with pytest.raises(MaterialError, match="does not exist"):
+        material("a.csv:0.5,b.csv:0.5")

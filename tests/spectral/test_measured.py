@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fluorspar.errors import ExtrapolationWarning, MaterialError, SpectrumError
+from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, MaterialError, SpectrumError
+from fluorspar.spectral.material import Material
 from fluorspar.spectral.measured import MeasuredMatrix, read_donaldson_csv
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -148,6 +149,41 @@ class TestOnOtherGrids:
             plane_matrix().on(Wavelengths(800, 900, 10))
 
 
+@pytest.mark.parametrize("step", [1, 2.5, 5, 10])
+def test_noise_on_part_of_a_fine_grid_is_not_a_transposed_matrix(step: float) -> None:
+    """Interpolated noise is correlated, and a part of a matrix may hold no luminescence: the whole was checked."""
+    cells = np.where(EMISSION[:, None] == EXCITATION[None, :], 0.5, 0.0)
+    cells += np.random.default_rng(3).normal(0, 0.003, cells.shape)
+    chip = Material.from_matrix("chip", MeasuredMatrix(EMISSION, EXCITATION, cells))
+    for start in range(380, 700, 40):
+        for stop in range(start + 40, 781, 40):
+            chip.on(Wavelengths(start, stop, step))
+
+
+def test_reflectance_that_was_not_measured_does_not_depend_on_concentration() -> None:
+    """S held at 0.8 below 400 nm; 0.15 photons at 370 nm, six times as strong, make 1.7 and are refused."""
+    em, ex = np.arange(400.0, 701.0, 10.0), np.arange(300.0, 701.0, 10.0)
+    cells = 0.8 * (em[:, None] == ex[None, :])
+    cells[em == 450, ex == 370] = 0.15 * 370 / 450
+    sheet = Material.from_matrix("sheet", MeasuredMatrix(em, ex, cells))
+    with pytest.warns(ExtrapolationWarning):
+        S = [sheet.with_concentration(k).on(Wavelengths(300, 700, 10)).reflectance for k in (1, 0.5)]
+    assert np.array_equal(*S)
+    with pytest.warns(ExtrapolationWarning), pytest.raises(MaterialError, match=r"1\.7 photons out"):
+        sheet.with_concentration(6).on(Wavelengths(300, 700, 10))
+
+
+def test_a_reflectance_beyond_1_within_noise_is_set_to_1() -> None:
+    cells = np.where(EMISSION[:, None] == EXCITATION[None, :], 0.999, 0.0)
+    cells += np.random.default_rng(4).normal(0, 0.002, cells.shape)
+    with pytest.warns(ApproximationWarning, match=r"a reflectance of 1\.00\d* at \d+ nm is set to 1: noise"):
+        chip = Material.from_matrix("chip", MeasuredMatrix(EMISSION, EXCITATION, cells))
+    assert chip.reflectance.values.max() == 1
+    cells = np.where(EMISSION[:, None] == EXCITATION[None, :], 1.3, 0.0)
+    with pytest.raises(SpectrumError, match="greater than 1"):
+        Material.from_matrix("percent", MeasuredMatrix(EMISSION, EXCITATION, cells))
+
+
 def test_photon_yield_by_hand() -> None:
     w = np.array([400.0, 500.0])
     matrix = MeasuredMatrix(w, w, [[0.1, 0.0], [0.4, 0.7]])
@@ -212,6 +248,8 @@ class TestFile:
         [
             ({"quantity": "percent"}, "(?s)'percent'.*'band' or 'density'"),
             ({"step": "ten"}, "(?s)does not state its step.*'ten'"),
+            ({"step": "nan"}, "(?s)does not state its step.*'nan'"),
+            ({"columns": "400,nan"}, "(?s)not a wavelength.*header, cell 3.*'nan'"),
             ({"step": "5"}, "(?s)step.*5 nm.*10 nm"),
             ({"columns": "400,x"}, "(?s)not a wavelength.*header, cell 3.*'x'"),
         ],

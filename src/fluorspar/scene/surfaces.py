@@ -296,9 +296,7 @@ class _Reader:
         props = self.state.nodes[index].props
         check_properties(set(props.keys()), where)
         if "material" in props:
-            name_or_file = props["material"]
-            beside = self.base / name_or_file
-            made = material(beside if beside.is_file() else name_or_file, self.library)
+            made = material(props["material"], self.library, base=self.base)
         elif "donaldson" in props:
             made = material(self.base / props["donaldson"])
         else:

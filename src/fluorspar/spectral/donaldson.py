@@ -287,13 +287,16 @@ class DonaldsonMatrix:
         """
         return float((self.wavelengths.step * np.triu(self.density(), 1)).sum(axis=0).max())
 
-    def check(self, name: str = "") -> DonaldsonMatrix:
+    def check(self, name: str = "", *, orientation: bool = True) -> DonaldsonMatrix:
         """Return the matrix as it is if a real surface could have it.
 
         Parameters
         ----------
         name
             For messages.
+        orientation
+            Whether to look for a transposed matrix: False where it was looked for on the measured cells, of which
+            this may be a small part.
 
         Raises
         ------
@@ -324,7 +327,8 @@ class DonaldsonMatrix:
             raise MaterialError(
                 message(fault, where=f"{where}, {grid[worst]:g} nm", got=got, expected="0 to 1")
             )
-        check_stokes_side(self.wavelengths.step * self.density(), grid, grid, where)
+        if orientation:
+            check_stokes_side(self.wavelengths.step * self.density(), grid, grid, where)
         check_photon_yield(self.photon_yield(), grid, where)
         return self
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -58,7 +59,8 @@ def dye(
         Of both spectra. Must be given: no file says it by itself, and the difference is some nanometres of
         the peak.
     substrate : float, Spectrum, ... or Material, optional
-        Reflectance of what is dyed; if it fluoresces, its dyes stay as they are.
+        Reflectance of what is dyed; if it fluoresces, its dyes get the light that this one leaves, as S does:
+        their beta times 1 - a.
     name, description, credit, assumed
         Of the material.
 
@@ -119,7 +121,7 @@ def dye(
         return Material(
             name,
             reflectance,
-            (*base.fluorophores, fluorophore),
+            (*(_shaded(other, ex, absorbed) for other in base.fluorophores), fluorophore),
             description=description,
             credit=credit,
             assumed=assumed,
@@ -143,6 +145,20 @@ def _check_order(name: str, ex: Array, taken_up: Array, em: Array, photons: Arra
                 fix="were the two spectra swapped?",
             )
         )
+
+
+def _shaded(other: Fluorophore, ex: Array, absorbed: Array) -> Fluorophore:
+    """A dye of the substrate below one that absorbs the share `absorbed` (n,) of the light of `ex` (n,)."""
+    beta = other.excitation
+    inside = (ex > beta.support[0]) & (ex < beta.support[1])
+    w = np.unique(np.concatenate([beta.wavelengths, ex[inside]]))
+    left = np.interp(w, beta.wavelengths, beta.values) * (1 - np.interp(w, ex, absorbed, left=0.0, right=0.0))
+    share = trapezoid(left, w)  # Fluorophore makes the integral 1, so alpha takes it up
+    if share <= 0:
+        return replace(other, emission=other.emission.scaled(0.0))
+    return replace(
+        other, emission=other.emission.scaled(share), excitation=replace(beta, wavelengths=w, values=left)
+    )
 
 
 def _dyed(substrate: Spectrum, absorbed: Spectrum, title: str, assumed: str) -> Spectrum:

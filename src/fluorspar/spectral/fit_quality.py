@@ -11,7 +11,8 @@ __all__ = ["fit_quality"]
 def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
     """Describe a fit: rank, colour differences to the measurement, noise, what is unexplained, photon yield.
 
-    The measurement is its diagonal and the cells below it; what stands above can only be error.
+    The measurement is its diagonal and the cells below it; what stands above can only be error, and the difference
+    with it is that to the colour of the matrix used as it is.
 
     Parameters
     ----------
@@ -39,10 +40,11 @@ def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
     if fit.rank == 0:
         return f"not fluorescent: no luminescence beyond the noise of {fit.noise.white:.4f} per cell"
     colours = ", ".join(f"{light} {value:.2f}" for light, value in coarse.delta_e.items())
+    all_cells = ", ".join(f"{light} {coarse.delta_e_all_cells[light]:.2f}" for light in ("D65", "A", "FL11"))
     words = (
         f"rank {fit.rank}; CIEDE2000 to the measurement: {colours}; "
         f"under D65 at {fine.grid.step:g} nm {fine.delta_e['D65']:.2f}, "
-        f"with the cells above the diagonal {coarse.delta_e_all_cells:.2f}; "
+        f"with the cells above the diagonal {all_cells}; "
         f"noise {fit.noise.white:.4f} per cell, luminescent part unexplained {100 * fit.unexplained:.0f} %; "
         f"highest photon yield {coarse.photon_yield.max():.2f}"
     )

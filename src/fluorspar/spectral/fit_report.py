@@ -34,19 +34,19 @@ class FitReport:
     delta_e : dict of str to float
         CIEDE2000 between the total radiance factors of fit and measurement under each light of
         `report_lights`. The measurement is its diagonal and what is below; what is above can only be noise.
-    delta_e_all_cells : float
-        The same under D65 with the cells above the diagonal counted too. Compare with `delta_e["D65"]`: the
-        measured colour itself is uncertain by about the difference.
+    delta_e_all_cells : dict of str to float
+        The same with the cells above the diagonal counted too, as in a measured matrix that is used as it is.
+        Compare with `delta_e`: the measured colour itself is uncertain by about the difference.
     photon_yield, energy_yield : ndarray of shape (N,)
         Of the fit, per excitation wavelength, reflection included.
     measured_photon_yield, measured_energy_yield : ndarray of shape (N,)
-        Of the measurement, what is above its diagonal left out.
+        Of the measurement, what is above its diagonal left out; NaN where its reflectance was not measured.
     """
 
     grid: Wavelengths
     unexplained: float
     delta_e: dict[str, float]
-    delta_e_all_cells: float
+    delta_e_all_cells: dict[str, float]
     photon_yield: Array
     energy_yield: Array
     measured_photon_yield: Array
@@ -99,9 +99,12 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
     stokes = DonaldsonMatrix(grid, S, luminescent=np.tril(density))
     seen = (grid.values >= measured.emission[0]) & (grid.values <= measured.emission[-1])
     weights = np.where(seen[:, None], observer_weights(grid), 0.0)
-    delta_e = {
-        name: _difference(fitted, stokes, light, weights) for name, light in report_lights(grid).items()
-    }
+    delta_e, delta_e_all_cells = (
+        {name: _difference(fitted, other, light, weights) for name, light in report_lights(grid).items()}
+        for other in (stokes, full)
+    )
+    S_range = measured.reflectance.support
+    known = (grid.values > S_range[0] - 1e-6) & (grid.values < S_range[1] + 1e-6)
     below = np.tri(len(grid), k=-1) * seen[:, None] > 0
     cells = density[below]
     residual = np.sqrt(np.mean((fitted.density()[below] - cells) ** 2))
@@ -109,11 +112,11 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
         grid,
         float(residual / np.sqrt(np.mean(cells**2))) if np.any(cells) else 0.0,
         delta_e,
-        _difference(fitted, full, report_lights(grid)["D65"], weights),
+        delta_e_all_cells,
         fitted.photon_yield(),
         fitted.energy_yield(),
-        stokes.photon_yield(),
-        stokes.energy_yield(),
+        np.where(known, stokes.photon_yield(), np.nan),
+        np.where(known, stokes.energy_yield(), np.nan),
     )
 
 

@@ -28,7 +28,9 @@ _SUFFIXES = (".csv", ".bfc")
 _MIXTURE = re.compile(r"^(?P<name>[^,]+?)\s*:\s*(?P<weight>[0-9.eE+-]+)$")
 
 
-def material(name: str | Path, directories: Sequence[str | Path] = ()) -> Material:
+def material(
+    name: str | Path, directories: Sequence[str | Path] = (), *, base: Path | None = None
+) -> Material:
     """Return a material by name, from a file, or mixed.
 
     Parameters
@@ -39,6 +41,8 @@ def material(name: str | Path, directories: Sequence[str | Path] = ()) -> Materi
     directories
         Folders to look in first, before those in the environment variable `FLUORSPAR_MATERIALS` and before
         the shipped library.
+    base
+        Folder beside which files are looked for before anything else, also those of a mixture: that of a scene.
 
     Raises
     ------
@@ -56,6 +60,8 @@ def material(name: str | Path, directories: Sequence[str | Path] = ()) -> Materi
     """
     if isinstance(name, Path):
         return read_material(name)
+    if base is not None and (base / name).is_file():
+        return read_material(base / name)
     known = _files(directories)
     if name in known:
         return read_material(known[name])
@@ -63,7 +69,8 @@ def material(name: str | Path, directories: Sequence[str | Path] = ()) -> Materi
     if all(parts) and not Path(name).is_file():
         ingredients = [(part["name"], part["weight"]) for part in parts if part]
         return mix(
-            [(material(part, directories), _weight(weight, name)) for part, weight in ingredients], name
+            [(material(part, directories, base=base), _weight(weight, name)) for part, weight in ingredients],
+            name,
         )
     if Path(name).suffix.lower() in _SUFFIXES or os.sep in name or "/" in name:
         return read_material(Path(name))

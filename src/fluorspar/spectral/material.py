@@ -137,7 +137,7 @@ class Material:
         >>> Material.from_matrix("sheet", MeasuredMatrix(w, w, [[0.5, 0], [0.1, 0.4]])).reflectance.values
         array([0.5, 0.4])
         """
-        matrix = replace(matrix, name=matrix.name or name)
+        matrix = replace(matrix, name=matrix.name or name).within_noise()
         return cls(name, matrix.reflectance, matrix=matrix, description=description, credit=credit)
 
     @property
@@ -180,7 +180,9 @@ class Material:
         >>> Material("dyed", Spectrum.constant(0.1), (dye,)).on(Wavelengths(400, 600, 50)).band()[3].round(3)
         array([0. , 0.6, 0. , 0.1, 0. ])
         """
-        return self._on(grid, stokes).check(self.name)
+        return self._on(grid, stokes).check(
+            self.name, orientation=False
+        )  # tables and measured cells were checked
 
     def _on(self, grid: Wavelengths, stokes: Stokes) -> DonaldsonMatrix:
         if self.parts:

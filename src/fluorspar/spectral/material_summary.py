@@ -7,8 +7,9 @@ import warnings
 
 from fluorspar.errors import ExtrapolationWarning
 from fluorspar.spectral.checks import photon_yield
-from fluorspar.spectral.colour import lab_from_xyz, srgb_from_xyz, white_xyz, xyz_from_radiance
+from fluorspar.spectral.colour import CIE_1931
 from fluorspar.spectral.illuminants import illuminant
+from fluorspar.spectral.lamp_colour import LampColour
 from fluorspar.spectral.material import Fluorophore, Material
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -125,10 +126,10 @@ def _photon_yield(material: Material) -> str:
 def _colour(material: Material) -> str:
     grid = _grid(material.reflectance)
     light = illuminant("D65").on(grid)
-    white = white_xyz(light, grid)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExtrapolationWarning)
-        xyz = xyz_from_radiance(material._on(grid, "half").apply(light), grid)
-    rgb, _ = srgb_from_xyz(xyz, exposure=1 / float(white[1]))
-    lab = lab_from_xyz(xyz, white).round(1) + 0.0  # no "-0.0"
-    return f"sRGB {' '.join(str(round(255 * float(c))) for c in rgb)}, L*a*b* {' '.join(f'{c:.1f}' for c in lab)}"
+        D = material._on(grid, "half")  # unchecked: what is impossible can be described
+    seen = LampColour(grid, "D65", light, D.reflect(light), D.apply_luminescent(light), None, CIE_1931)
+    rgb = " ".join(str(round(255 * float(c))) for c in seen.srgb)
+    lab = " ".join(f"{c:.1f}" for c in seen.lab.round(1) + 0.0)  # no "-0.0"
+    return f"sRGB {rgb}, L*a*b* {lab}"

@@ -79,6 +79,8 @@ def stokes_shift(emission: Array, excitation: Array, step: float) -> Array:
 def estimate_noise(cells: Array, shift: Array) -> MatrixNoise:
     """Estimate the noise of a measured matrix from the cells above its diagonal.
 
+    If all of them are 0, which no instrument gives, white noise is estimated from the roughness of the cells below.
+
     Parameters
     ----------
     cells : ndarray of shape (M, P)
@@ -121,6 +123,9 @@ def estimate_noise(cells: Array, shift: Array) -> MatrixNoise:
         white = np.hypot(np.sqrt(np.mean(values**2)) if values.size else 0.0, rounding)
         common = np.zeros(2)
         offset = tilt = _SMALLEST
+    above = cells[shift < -0.5]
+    if above.size and not above.any():  # somebody has taken away what would show the noise
+        white = max(float(white), _roughness(np.where(shift > 0.5, cells, np.nan)))
     white = max(float(white), _SMALLEST)
     near = float(np.sqrt(np.mean(cells[next_to] ** 2))) if next_to.any() else white
     return MatrixNoise(
@@ -136,6 +141,16 @@ def estimate_noise(cells: Array, shift: Array) -> MatrixNoise:
 def baseline_shapes(rows: int) -> Array:
     """Return the shapes a column's baseline may have over emission, ndarray of shape (2, rows): offset and tilt."""
     return np.stack([np.ones(rows), np.linspace(-1, 1, rows)])
+
+
+def _roughness(cells: Array) -> float:
+    """Noise of cells of shape (M, P), NaN where they do not count, from second differences along emission.
+
+    The median, so that the luminescence of a dye, in some of the cells, does not count.
+    """
+    second = np.abs(np.diff(cells, 2, axis=0)) / np.sqrt(6)
+    known = second[np.isfinite(second)]
+    return float(np.median(known) / 0.6745) if known.size else 0.0
 
 
 def _resolution(cells: Array) -> float:

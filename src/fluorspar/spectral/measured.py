@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import ExtrapolationWarning, MaterialError, message
+from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, MaterialError, message
 from fluorspar.spectral.checks import check_stokes_side, photon_yield
+from fluorspar.spectral.matrix_noise import estimate_noise, stokes_shift
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.tables import Table, read_table
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -36,6 +37,8 @@ class MeasuredMatrix:
         Where emission and excitation are the same wavelength: S. Elsewhere: D_L times the step.
     name : str
         For messages.
+    room : ndarray of shape (P,), optional
+        The most S may be where it was not measured; by default what luminescence leaves of the photons.
 
     Raises
     ------
@@ -57,6 +60,7 @@ class MeasuredMatrix:
     excitation: Array
     cells: Array
     name: str = ""
+    room: Array | None = None
 
     def __post_init__(self) -> None:
         for field in ("emission", "excitation", "cells"):
@@ -143,8 +147,46 @@ class MeasuredMatrix:
         return np.asarray(self.cells.sum(axis=0))
 
     def scaled_luminescence(self, factor: float) -> MeasuredMatrix:
-        """Return it with the luminescent cells times `factor` and S as it is."""
-        return replace(self, cells=np.where(self._is_diagonal(), self.cells, factor * self.cells))
+        """Return it with the luminescent cells times `factor` and S as it is, also where it was not measured."""
+        cells = np.where(self._is_diagonal(), self.cells, factor * self.cells)
+        return replace(self, cells=cells, room=self._room())
+
+    def within_noise(self) -> MeasuredMatrix:
+        """Return it with a reflectance that leaves 0 to 1 by no more than noise set to 0 or 1.
+
+        Noise is three times that of the cells beside the diagonal, and 0.01 at least.
+
+        Warns
+        -----
+        ApproximationWarning
+            If there is such a reflectance.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 410.0])
+        >>> MeasuredMatrix(w, w, [[0.5, 0], [0.1, 0.4]]).within_noise().reflectance.values
+        array([0.5, 0.4])
+        """
+        S = self.reflectance
+        bounded = np.clip(S.values, 0.0, 1.0)
+        off = np.abs(S.values - bounded)
+        noise = estimate_noise(self.cells, stokes_shift(self.emission, self.excitation, self.step))
+        if not 0 < off.max() <= max(0.01, 3 * noise.near):
+            return self
+        worst = int(np.argmax(off))
+        text = (
+            f"{self.title}: a reflectance of {S.values[worst]:.4g} at {S.wavelengths[worst]:g} nm is set to"
+        )
+        warnings.warn(f"{text} {bounded[worst]:g}: noise", ApproximationWarning, stacklevel=3)
+        cells = self.cells.copy()
+        cells[np.nonzero(self._is_diagonal())] = bounded
+        return replace(self, cells=cells)
+
+    def _room(self) -> Array:
+        if self.room is not None:
+            return self.room
+        lit = photon_yield(self._luminescent_cells(), self.emission, self.excitation)
+        return np.where(lit > 0, np.clip(0.99 - lit, 0.0, 1.0), 1.0)
 
     def _is_diagonal(self) -> NDArray[np.bool_]:
         return np.abs(self.emission[:, None] - self.excitation[None, :]) < _SAME
@@ -211,10 +253,9 @@ class MeasuredMatrix:
     def _with_room(self, S: Array, w: Array) -> Array:
         """Lower S, where it was not measured, as far as luminescence leaves no room for it; all of shape (N,)."""
         first, last = self.reflectance.support
-        lit = photon_yield(self._luminescent_cells(), self.emission, self.excitation)
-        luminescent = np.interp(w, self.excitation, lit, left=0.0, right=0.0)
-        unknown = ((w < first - _SAME) | (w > last + _SAME)) & (luminescent > 0)
-        return np.where(unknown, np.minimum(S, np.clip(0.99 - luminescent, 0, 1)), S)
+        unknown = (w < first - _SAME) | (w > last + _SAME)
+        room = np.interp(w, self.excitation, self._room(), left=1.0, right=1.0)
+        return np.where(unknown, np.minimum(S, room), S)
 
     def _warn_outside(self, grid: Wavelengths, lowered: bool) -> None:
         first, last = self.reflectance.support
@@ -344,11 +385,14 @@ def read_donaldson_csv(path: str | Path) -> MeasuredMatrix:
 def _stated_step(table: Table, fix: str) -> float:
     text = table.keys.get("step", "")
     try:
-        return float(text.removesuffix("nm"))
-    except ValueError as err:
+        step = float(text.removesuffix("nm"))
+    except ValueError:
+        step = np.nan
+    if not (np.isfinite(step) and step > 0):
         fault = "a Donaldson file does not state its step"
         got, expected = repr(text), "a number of nm, such as '# step: 10'"
-        raise MaterialError(message(fault, where=table.where, got=got, expected=expected, fix=fix)) from err
+        raise MaterialError(message(fault, where=table.where, got=got, expected=expected, fix=fix))
+    return step
 
 
 def _header_wavelengths(table: Table) -> Array:
@@ -356,10 +400,12 @@ def _header_wavelengths(table: Table) -> Array:
     for place, cell in enumerate(table.header[1:], start=2):
         try:
             found.append(float(cell))
-        except ValueError as err:
+        except ValueError:
+            found.append(np.nan)
+        if not np.isfinite(found[-1]):
             fault = "the header of a Donaldson file holds something that is not a wavelength"
-            where = f"{table.where}, header, cell {place}"
-            raise MaterialError(message(fault, where=where, got=repr(cell), expected="nm")) from err
+            where, fix = f"{table.where}, header, cell {place}", "name each excitation wavelength"
+            raise MaterialError(message(fault, where=where, got=repr(cell), expected="nm", fix=fix))
         if len(found) > 1 and found[-1] <= found[-2]:
             fault = "the excitation wavelengths of a Donaldson matrix do not ascend"
             where, got = f"{table.where}, header, cell {place}", f"{found[-2]:g} nm, then {found[-1]:g} nm"

@@ -46,8 +46,12 @@ def colour(
     ] = None,
     observer: Annotated[str, typer.Option(metavar="2|10", help="Standard observer, degrees.")] = "2",
     wavelengths: Annotated[
-        str, typer.Option(metavar="START:STOP:STEP", help="Wavelength grid in nm.")
-    ] = "300:780:5",
+        str | None,
+        typer.Option(
+            metavar="START:STOP:STEP",
+            help="Wavelength grid in nm. [default: 300:780:5, or as fine as the lamp]",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE.csv", help="Write the radiance factors to this file."),
@@ -60,7 +64,7 @@ def colour(
     Example:  fluorspar materials colour paper-whitened --uv-cut 400
     """
     from fluorspar.image.atomic import check_not_input, check_target
-    from fluorspar.spectral.lamp_colour import colour_under_condition, colour_under_lamp
+    from fluorspar.spectral.lamp_colour import WIDE, colour_under_condition, colour_under_lamp
     from fluorspar.spectral.library import material
     from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -68,13 +72,13 @@ def colour(
     if output is not None:
         check_target(output)
         check_not_input(output, illuminant, *material_files(name, library or []))
-    grid, seen_by = Wavelengths.parse(wavelengths), _observer(observer)
+    grid, seen_by = Wavelengths.parse(wavelengths) if wavelengths else None, _observer(observer)
     made = material(name, library or [])
     if condition is None:
         lamp = _lamp(illuminant or "D65")
         found = colour_under_lamp(made, lamp, uv_cut=uv_cut, observer=seen_by, wavelengths=grid)
     elif illuminant is None and uv_cut is None:
-        found = colour_under_condition(made, condition, observer=seen_by, wavelengths=grid)
+        found = colour_under_condition(made, condition, observer=seen_by, wavelengths=grid or WIDE)
     else:
         fault, fix = "a measurement condition has a lamp of its own", "leave --illuminant and --uv-cut out"
         raise OptionError(message(fault, where="--condition", got=condition, fix=fix))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import LibraryOption
+from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.errors import OptionError, message
 from fluorspar.image.atomic import check_not_input, check_target
 
@@ -46,6 +46,7 @@ def dye(
     Example:  fluorspar materials dye ex.csv em.csv --quantum-yield 0.9 --strength 0.5 --units photon -o dyed.csv
     """
     from fluorspar.spectral.dye_files import read_dye
+    from fluorspar.spectral.lamp_colour import WIDE
     from fluorspar.spectral.library import material
     from fluorspar.spectral.material_file import write_material
 
@@ -56,7 +57,7 @@ def dye(
         fault, expected = "there are no such units", "photon or energy"
         raise OptionError(message(fault, where="--units", got=units, expected=expected))
     check_target(output)
-    check_not_input(output, excitation, emission)
+    check_not_input(output, excitation, emission, *material_files(substrate, library or []))
     try:
         dyed: float | str = float(substrate)
     except ValueError:
@@ -72,6 +73,7 @@ def dye(
         description=description,
         credit=credit,
     )
+    made.on(WIDE)  # refuses what is impossible before it is written
     write_material(output, made)
     console.out.print(repr(made), markup=False, highlight=False)
     console.out.print(f"wrote {output}", markup=False, highlight=False)

@@ -17,7 +17,7 @@ from fluorspar.cli.materials.common import (
     swatch,
     write_plot,
 )
-from fluorspar.cli.options import LibraryOption
+from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.errors import OptionError, message
 from fluorspar.image.atomic import check_not_input, check_target
 
@@ -60,7 +60,7 @@ def inspect(
     path = Path(file)
     if yields is not None:
         check_target(yields)
-        check_not_input(yields, path)
+        check_not_input(yields, *material_files(file, library or []))
     if path.is_file() and path.suffix.lower() not in (".bfc", ".csv"):
         fault, fix = "the suffix names no kind of material file", "rename the file"
         raise OptionError(message(fault, where=file, expected=".bfc or .csv", fix=fix))
@@ -165,25 +165,25 @@ def _qualities(fits: list[_Fit]) -> Table:
     from rich.table import Table
 
     lights = list(fits[0].coarse.delta_e)
-    headings = [*lights, f"D65, {fits[0].fine.grid.step:g} nm", "all cells", "unexplained"]
+    headings = [*lights, f"D65, {fits[0].fine.grid.step:g} nm", "unexplained"]
     table = Table("rank", *headings, box=None, pad_edge=False)
-    title = "CIEDE2000 between fit and measurement: diagonal and below, or all cells (D65)"
+    title = "CIEDE2000 between fit and measurement: its diagonal and what is below"
     table.title, table.title_justify, table.title_style = title, "left", ""
     for asked, fit, coarse, fine in sorted(
         fits, key=lambda one: one.fit.rank if one.asked is None else one.asked
     ):
-        differences = [
-            *(coarse.delta_e[light] for light in lights),
-            fine.delta_e["D65"],
-            coarse.delta_e_all_cells,
-        ]
+        differences = [*(coarse.delta_e[light] for light in lights), fine.delta_e["D65"]]
         mark = f"{fit.rank} chosen" if asked is None else f"{asked}"
         table.add_row(mark, *(f"{value:.2f}" for value in differences), f"{100 * fit.unexplained:.0f} %")
+    every = fits[0].coarse.delta_e_all_cells
+    table.add_row("all cells", *(f"{every[light]:.2f}" for light in lights))
     return table
 
 
 def _write_yields(path: Path, made: Material, report: FitReport | None) -> None:
     """Write yields by excitation wavelength: of a material, or of a fit and of the measurement."""
+    import numpy as np
+
     from fluorspar.errors import ExtrapolationWarning
     from fluorspar.image.atomic import replacing
     from fluorspar.spectral.wavelengths import Wavelengths
@@ -202,9 +202,10 @@ def _write_yields(path: Path, made: Material, report: FitReport | None) -> None:
             "energy_yield_measured": report.measured_energy_yield,
             "energy_yield_fit": report.energy_yield,
         }
-    lines = ["# what is reflected is included", f"excitation,{','.join(columns)}"]
+    about = "# what is reflected is included; empty where the reflectance was not measured"
+    lines = [about, f"excitation,{','.join(columns)}"]
     for row in zip(grid.values, *columns.values(), strict=True):
-        lines.append(",".join(f"{value:.6g}" for value in row))
+        lines.append(",".join("" if np.isnan(value) else f"{value:.6g}" for value in row))
     with replacing(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -229,6 +230,7 @@ def _colours(made: Material, fitted: Material | None = None) -> Table:
     from fluorspar.errors import ExtrapolationWarning
     from fluorspar.spectral.lamp_colour import colour_under_lamp
 
+    # a measured matrix shows the colour of all its cells, those above the diagonal included
     table = Table("", "light", "L*", "a*", "b*", "sRGB", "lumin.", box=None, pad_edge=False)
     for column in table.columns[2:5]:
         column.justify = "right"

@@ -29,7 +29,7 @@ def list_materials(
     from rich.table import Table
     from rich.text import Text
 
-    from fluorspar.errors import ExtrapolationWarning, FluorsparError
+    from fluorspar.errors import FluorsparError, FluorsparWarning
     from fluorspar.spectral.lamp_colour import colour_under_lamp
     from fluorspar.spectral.library import material, materials
 
@@ -38,12 +38,12 @@ def list_materials(
     for name in materials(folders):
         try:
             made = material(name, folders)
+            with warnings.catch_warnings():  # `show` says what is assumed and adjusted; a list has no room
+                warnings.simplefilter("ignore", FluorsparWarning)
+                rgb = colour_under_lamp(made, "D65").srgb
         except FluorsparError as err:  # one file that is no material must not hide the others
             table.add_row("", Text(name), "", Text(str(err).splitlines()[0], style="red"))
             continue
-        with warnings.catch_warnings():  # `show` says where the data end; a list has no room
-            warnings.simplefilter("ignore", ExtrapolationWarning)
-            rgb = colour_under_lamp(made, "D65").srgb
         words = "\n".join(part for part in (made.description, made.credit if credit else "") if part)
         table.add_row(swatch(rgb), Text(name), _peaks(made), Text(words))
     console.out.print(table)
