@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, MaterialError, SpectrumError
+from fluorspar.spectral.donaldson_file import read_donaldson_csv
 from fluorspar.spectral.material import Material
-from fluorspar.spectral.measured import MeasuredMatrix, read_donaldson_csv
+from fluorspar.spectral.measured import MeasuredMatrix
 from fluorspar.spectral.wavelengths import Wavelengths
 
 EMISSION = np.arange(380.0, 781.0, 10.0)

@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from fluorspar.errors import MaterialError, SpectrumError, message
+from fluorspar.spectral.donaldson_file import read_donaldson_csv
 from fluorspar.spectral.material import Fluorophore, Material, mix
-from fluorspar.spectral.measured import MeasuredMatrix, read_donaldson_csv
+from fluorspar.spectral.measured import MeasuredMatrix
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.tables import Table, read_table
 

@@ -22,7 +22,7 @@ def find_matrix(path: Path) -> MeasuredMatrix | None:
         If the file is missing or malformed, or the matrix physically impossible.
     """
     from fluorspar.spectral.bfc import read_bfc
-    from fluorspar.spectral.measured import read_donaldson_csv
+    from fluorspar.spectral.donaldson_file import read_donaldson_csv
     from fluorspar.spectral.measured_check import check_measured
     from fluorspar.spectral.tables import read_table
 
