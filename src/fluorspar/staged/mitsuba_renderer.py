@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import OptionError, SceneError, message
-from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
+from fluorspar.errors import OptionError, message
+from fluorspar.scene.nodes import build, kind, resolving
 from fluorspar.scene.renderer import usable_cores, use_variant
 from fluorspar.scene.scene import Scene
-from fluorspar.scene.surfaces import ABSORBS, Surface
+from fluorspar.scene.surfaces import ABSORBS
 from fluorspar.scene.trace_scene import set_film
 from fluorspar.staged.mesh import TriangleMesh
+from fluorspar.staged.mitsuba_mesh import surface_mesh
+from fluorspar.staged.mitsuba_nodes import (
+    SPECTRUM,
+    bsdf,
+    name_lights,
+    remove_lights,
+    remove_shape,
+    with_materials,
+)
 from fluorspar.staged.patches import EmitterArray
 
 __all__ = ["VARIANTS", "MitsubaRenderer"]
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
-_SPECTRUM = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}
-_TESSELLATION = 256  # of spheres, disks and other shapes that are not meshes, along each side
 _PROBES = 1 << 20  # light paths at a time
 
 Array = NDArray[np.float64]
@@ -83,20 +90,7 @@ class MitsubaRenderer:
         SceneError
             If the surface cannot be cut into patches.
         """
-        import mitsuba as mi
-
-        state, _ = _with_materials(scene)
-        with resolving(scene.base):
-            shape = build(state, scene.surfaces[surface].node)
-        parameters = mi.traverse(shape)
-        if "vertex_positions" not in parameters:
-            return _tessellated(shape, scene.surfaces[surface])
-        vertices = np.array(parameters["vertex_positions"], dtype=np.float64).reshape(-1, 3)
-        faces = np.array(parameters["faces"], dtype=np.int64).reshape(-1, 3)
-        normals = None
-        if shape.has_vertex_normals():
-            normals = np.array(parameters["vertex_normals"], dtype=np.float64).reshape(-1, 3)
-        return _facing(TriangleMesh(vertices, faces, normals), shape)
+        return surface_mesh(scene, surface)
 
 
 class _LoadedScene:
@@ -107,14 +101,14 @@ class _LoadedScene:
 
         self.scene = scene
         self.rr_depth = scene.settings.rr_depth
-        state, self.materials = _with_materials(scene)
+        state, self.materials = with_materials(scene)
         self.lights: list[Any] = []
         if array is None:
-            _name_lights(state, scene)
+            name_lights(state, scene)
         else:
-            _remove_lights(state, scene)
+            remove_lights(state, scene)
             if array.copy is None or not keep_object:
-                _remove_shape(state, scene.surfaces[array.surface].node)
+                remove_shape(state, scene.surfaces[array.surface].node)
             self._add_patches(state, array, black=array.copy is not None or not keep_object)
         set_film(state, scene)
         film = next(node for node in state.nodes if kind(node) == "Film")
@@ -124,7 +118,7 @@ class _LoadedScene:
         if array is None:
             by_id = {emitter.id(): emitter for emitter in self.mitsuba_scene.emitters()}
             self.lights = [by_id[f"light-{light.node}"] for light in scene.lights]
-            self.light_keys = [f"{_SPECTRUM.get(light.plugin, 'radiance')}.value" for light in scene.lights]
+            self.light_keys = [f"{SPECTRUM.get(light.plugin, 'radiance')}.value" for light in scene.lights]
         else:
             self.light_keys = ["radiance.value"] * len(self.lights)
         self.parameters = [mi.traverse(light) for light in self.lights]
@@ -136,11 +130,11 @@ class _LoadedScene:
 
         surface = self.scene.surfaces[array.surface]
         sides = (surface.back, surface.front) if array.back else (surface.front, surface.back)
-        bsdf = _bsdf((ABSORBS, ABSORBS) if black else sides, self.materials)
+        painted = bsdf((ABSORBS, ABSORBS) if black else sides, self.materials)
         for number, piece in enumerate(array.emitters()):
             light = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": 1.0}})
             props = mi.Properties()
-            props["bsdf"], props["emitter"] = bsdf, light
+            props["bsdf"], props["emitter"] = painted, light
             smooth = piece.normals is not None
             mesh = mi.Mesh(
                 f"patch-{number}",
@@ -256,66 +250,6 @@ def _three(values: Array) -> list[float]:
     return [float(v) for v in values] + [0.0] * (3 - len(values))
 
 
-def _with_materials(scene: Scene) -> tuple[Any, list[Any]]:
-    """Copy the nodes of a scene; every row of the material table becomes one `diffuse` BSDF."""
-    import mitsuba as mi
-
-    state = copy_nodes(scene.nodes)
-    for key, child in list(children(state, 0)):
-        if kind(state.nodes[child]) in ("Integrator", "BSDF", "Texture"):
-            del state.nodes[0].props[key]
-    materials = [
-        mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}})
-        for _ in scene.materials
-    ]
-    for surface in scene.surfaces:
-        props = state.nodes[surface.node].props
-        for key, child in list(children(state, surface.node)):
-            if kind(state.nodes[child]) != "Emitter":
-                del props[key]
-        props["bsdf"] = _bsdf((surface.front, surface.back), materials)
-        props.set_id(f"surface-{surface.node}")
-    return state, materials
-
-
-def _bsdf(sides: Sequence[int], materials: list[Any]) -> Any:
-    """The BSDF of a surface with these material rows on front and back."""
-    import mitsuba as mi
-
-    black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
-    front, back = (black if row == ABSORBS else materials[row] for row in sides)
-    if sides[1] == ABSORBS:
-        return mi.load_dict(front) if isinstance(front, dict) else front
-    return mi.load_dict({"type": "twosided", "front": front, "back": back})
-
-
-def _name_lights(state: Any, scene: Scene) -> None:
-    import mitsuba as mi
-
-    for light in scene.lights:
-        props = state.nodes[light.node].props
-        if light.plugin not in ("area", "constant", *_SPECTRUM):
-            for key in list(props.keys()):
-                del props[key]
-            props.set_plugin_name("constant")
-        props[_SPECTRUM.get(props.plugin_name(), "radiance")] = mi.ScalarColor3f(1.0)
-        props.set_id(f"light-{light.node}")
-
-
-def _remove_lights(state: Any, scene: Scene) -> None:
-    lights = {light.node for light in scene.lights}
-    for parent in (0, *(surface.node for surface in scene.surfaces)):
-        for key, child in list(children(state, parent)):
-            if child in lights:
-                del state.nodes[parent].props[key]
-
-
-def _remove_shape(state: Any, node: int) -> None:
-    for key, child in list(children(state, 0)):
-        if child == node:
-            del state.nodes[0].props[key]
-
-
 def _rows_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> NDArray[np.int64]:
     """Material rows of front and back by the number Dr.Jit gives a shape, ndarray of shape (P, 2)."""
     import drjit as dr
@@ -333,60 +267,3 @@ def _rows_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> ND
     for pointer, sides in found:
         rows[pointer] = sides
     return rows
-
-
-def _facing(mesh: TriangleMesh, shape: Any) -> TriangleMesh:
-    """Turn a mesh so that its front is what Mitsuba takes for it: `flip_normals` leaves the corners in their
-    order."""
-    import mitsuba as mi
-
-    largest = int(np.argmax(mesh.areas))
-    centre, normal = mesh.centroids[largest], mesh.face_normals[largest]
-    start = centre + 1e-3 * np.sqrt(mesh.areas[largest]) * normal
-    ray = mi.Ray3f(mi.Point3f(*start.tolist()), mi.Vector3f(*(-normal).tolist()))
-    hit = mi.load_dict({"type": "scene", "shape": shape}).ray_intersect(ray)
-    front = np.array(hit.n, dtype=np.float64).ravel()
-    if front @ normal < 0:
-        mesh = TriangleMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.normals)
-    if mesh.normals is not None:
-        shading = mesh.normals[mesh.faces].sum(axis=1)
-        if (mesh.areas * (shading * mesh.face_normals).sum(axis=1)).sum() < 0:
-            mesh = TriangleMesh(mesh.vertices, mesh.faces, -mesh.normals)
-    return mesh
-
-
-def _tessellated(shape: Any, surface: Surface) -> TriangleMesh:
-    """Cut a shape that is not a mesh into triangles, between points that divide its area evenly."""
-    import mitsuba as mi
-
-    flat = type(shape).__name__ in ("Rectangle",) or "Rectangle" in str(shape)
-    n = 1 if flat else _TESSELLATION
-    u, v = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
-    try:
-        sample = shape.sample_position(
-            0.0, mi.Point2f(u.ravel().astype(np.float32), v.ravel().astype(np.float32))
-        )
-    except Exception as err:  # shapes without an area to sample raise bare RuntimeError
-        raise SceneError(
-            message(
-                "this shape cannot be cut into emitters",
-                where=f"shape '{surface.name}'",
-                expected="a mesh, rectangle, disk, sphere or cylinder",
-                fix="write it as a mesh",
-            )
-        ) from err
-    vertices = np.array(sample.p, dtype=np.float64).T
-    # one normal for all where the shape is flat
-    normals = np.broadcast_to(np.array(sample.n, dtype=np.float64).T, vertices.shape)
-    corner = np.arange(n * (n + 1)).reshape(n, n + 1)[:, :-1].ravel()
-    faces = np.concatenate(
-        [
-            np.stack([corner, corner + n + 1, corner + n + 2], axis=1),
-            np.stack([corner, corner + n + 2, corner + 1], axis=1),
-        ]
-    )
-    mesh = TriangleMesh(vertices, faces)
-    inward = (mesh.face_normals * normals[faces].mean(axis=1)).sum(axis=1) < 0
-    faces[inward] = faces[inward, ::-1]
-    mesh = TriangleMesh(vertices, faces, None if flat else normals)
-    return mesh.submesh(mesh.areas > 1e-9 * mesh.areas.sum())
