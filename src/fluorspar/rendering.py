@@ -160,7 +160,8 @@ def render(
         )
     width, height = _pair(size)
     scene = scene.with_settings(spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth)
-    scene = scene.with_whole_samples()
+    if method == "paths":  # the staged method has a sampler of its own
+        scene = scene.with_whole_samples()
     grid = _grid(wavelengths)
     attrs: dict[str, Any] = {
         "version": fluorspar.__version__,

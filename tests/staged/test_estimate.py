@@ -99,7 +99,7 @@ class FlatScene:
     def rows_seen(self, *, seed, scale):
         return np.zeros([side * scale for side in self.size], dtype=np.int64)
 
-    def probe(self, points, normals, albedo, emission, *, offset, max_depth, seed):
+    def probe(self, points, normals, albedo, emission, *, surface, back, offset, max_depth, seed):
         return np.tile(emission.mean(0) + albedo[0] * self.E(albedo, emission, max_depth), (len(points), 1))
 
 

@@ -25,7 +25,9 @@ from fluorspar.staged.protocol import LoadedScene, Renderer
 __all__ = ["emitter_arrays", "patch_illumination", "refine"]
 
 Array = NDArray[np.float64]
-_OFFSET = 1e-3  # of the size of a surface: how far above it a probe starts; more than a tessellation is off
+# How far above a surface a probe starts, in parts of its coordinates: what lies nearer is taken for the surface;
+# single precision is off by 1e-7.
+_OFFSET = 1e-5
 _MOST_PATCHES = 4096
 Probe = Callable[[EmitterArray, int, int], Array]
 
@@ -66,7 +68,8 @@ def patch_illumination(
     """Estimate E averaged over each patch of a surface, seen by the camera or not.
 
     Light paths start just above random points of the patch, look down at it, and go on as a camera's would; E
-    follows by Eq. 11. Point, spot and directional lights count.
+    follows by Eq. 11. Point, spot and directional lights count. Points that something lies on do not count: no
+    light leaves them either.
 
     Parameters
     ----------
@@ -90,7 +93,7 @@ def patch_illumination(
     """
     points, normals, patch = array.sample(samples, seed)
     light = np.zeros((len(array), albedo.shape[1]))
-    offset = _OFFSET * array.mesh.size
+    offset = 2 * array.mesh.deviation + _OFFSET * float(np.abs(array.mesh.vertices).max())
     for group in groups:
         shown, own = (
             scene.probe(
@@ -98,6 +101,8 @@ def patch_illumination(
                 normals,
                 albedo[:, group],
                 emission[:, group],
+                surface=array.surface,
+                back=array.back,
                 offset=offset,
                 max_depth=depth,
                 seed=seed,
@@ -106,8 +111,10 @@ def patch_illumination(
             else np.zeros((len(points), len(group)), dtype=np.float32)
             for depth in (max_depth, 1)
         )
+        reflected = shown - own
+        seen = np.isfinite(reflected).all(axis=1)
         light[:, group] = average_illumination(
-            illumination(shown - own, albedo[array.row, group]), patch, len(array)
+            illumination(reflected[seen], albedo[array.row, group]), patch[seen], len(array)
         )
     return light
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fluorspar.errors import SceneError, message
 from fluorspar.scene.nodes import build, resolving
@@ -15,6 +16,7 @@ from fluorspar.staged.mitsuba_nodes import with_materials
 
 __all__ = ["surface_mesh"]
 
+Array = NDArray[np.float64]
 _TESSELLATION = 256  # of spheres, disks and other shapes that are not meshes, along each side
 
 
@@ -97,5 +99,16 @@ def _tessellated(shape: Any, surface: Surface) -> TriangleMesh:
     mesh = TriangleMesh(vertices, faces)
     inward = (mesh.face_normals * normals[faces].mean(axis=1)).sum(axis=1) < 0
     faces[inward] = faces[inward, ::-1]
-    mesh = TriangleMesh(vertices, faces, None if flat else normals)
+    mesh = TriangleMesh(vertices, faces, None if flat else normals, _deviation(vertices, normals, faces))
     return mesh.submesh(mesh.areas > 1e-9 * mesh.areas.sum())
+
+
+def _deviation(vertices: Array, normals: Array, faces: NDArray[np.int64]) -> float:
+    """How far a surface bulges out of triangles, at most, from the normals at the ends of their edges.
+
+    An arc of radius R over a chord of 2 R sin(a) rises by R (1 - cos(a)), an eighth of the chord times the
+    difference of the normals along it; the middle of a triangle rises by a third more than its edges do.
+    """
+    start, end = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
+    rise = ((vertices[end] - vertices[start]) * (normals[end] - normals[start])).sum(axis=1) / 8
+    return float(np.abs(rise).max() * 4 / 3)

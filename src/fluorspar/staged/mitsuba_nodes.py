@@ -6,10 +6,19 @@ from collections.abc import Sequence
 from typing import Any
 
 from fluorspar.scene.nodes import children, copy_nodes, kind
-from fluorspar.scene.scene import Scene
+from fluorspar.scene.scene import Scene, film_node, sensor_node
 from fluorspar.scene.surfaces import ABSORBS
+from fluorspar.scene.trace_scene import set_film
 
-__all__ = ["SPECTRUM", "bsdf", "name_lights", "remove_lights", "remove_shape", "with_materials"]
+__all__ = [
+    "SPECTRUM",
+    "bsdf",
+    "name_lights",
+    "one_sample_camera",
+    "remove_lights",
+    "remove_shape",
+    "with_materials",
+]
 
 SPECTRUM = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}
 """Property that holds the spectrum of a light, where it is not `radiance`."""
@@ -59,6 +68,20 @@ def name_lights(state: Any, scene: Scene) -> None:
             props.set_plugin_name("constant")
         props[SPECTRUM.get(props.plugin_name(), "radiance")] = mi.ScalarColor3f(1.0)
         props.set_id(f"light-{light.node}")
+
+
+def one_sample_camera(state: Any, scene: Scene) -> None:
+    """Make every small pixel one independent sample: other samplers take more than one, other filters mix."""
+    import mitsuba as mi
+
+    set_film(state, scene)
+    film, sensor = film_node(state), sensor_node(state)
+    assert film is not None  # checked when the scene was loaded
+    state.nodes[film].props["pixel_format"] = "rgb"
+    for key, child in list(children(state, sensor)):
+        if kind(state.nodes[child]) == "Sampler":
+            del state.nodes[sensor].props[key]
+    state.nodes[sensor].props["sampler"] = mi.load_dict({"type": "independent", "sample_count": 1})
 
 
 def remove_lights(state: Any, scene: Scene) -> None:

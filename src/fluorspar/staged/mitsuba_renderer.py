@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -9,18 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import OptionError, message
-from fluorspar.scene.nodes import build, kind, resolving
+from fluorspar.errors import OptionError, RendererError, SceneNotice, message
+from fluorspar.scene.nodes import build, resolving
 from fluorspar.scene.renderer import usable_cores, use_variant
-from fluorspar.scene.scene import Scene
+from fluorspar.scene.scene import Scene, sampler_node
 from fluorspar.scene.surfaces import ABSORBS
-from fluorspar.scene.trace_scene import set_film
 from fluorspar.staged.mesh import TriangleMesh
 from fluorspar.staged.mitsuba_mesh import surface_mesh
 from fluorspar.staged.mitsuba_nodes import (
     SPECTRUM,
     bsdf,
     name_lights,
+    one_sample_camera,
     remove_lights,
     remove_shape,
     with_materials,
@@ -77,7 +78,19 @@ class MitsubaRenderer:
     def load(
         self, scene: Scene, array: EmitterArray | None = None, *, keep_object: bool = True
     ) -> _LoadedScene:
-        """Load the scene, see `fluorspar.staged.protocol.Renderer`."""
+        """Load the scene, see `fluorspar.staged.protocol.Renderer`.
+
+        Warns
+        -----
+        SceneNotice
+            If another sampler than `independent` is replaced; once, not for each array.
+        """
+        sampler = sampler_node(scene.nodes)
+        if array is None and sampler is not None:
+            plugin = scene.nodes.nodes[sampler].props.plugin_name()
+            if plugin != "independent":
+                text = f"the sampler '{plugin}' is replaced by 'independent' for the staged method"
+                warnings.warn(text, SceneNotice, stacklevel=2)
         return _LoadedScene(scene, array, keep_object)
 
     def mesh(self, scene: Scene, surface: int) -> TriangleMesh:
@@ -103,16 +116,16 @@ class _LoadedScene:
         self.rr_depth = scene.settings.rr_depth
         state, self.materials = with_materials(scene)
         self.lights: list[Any] = []
+        # emitters that are not the surface itself, or stand for one that is left out, reflect nothing
+        self.black = array is not None and (array.copy is not None or not keep_object)
         if array is None:
             name_lights(state, scene)
         else:
             remove_lights(state, scene)
             if array.copy is None or not keep_object:
                 remove_shape(state, scene.surfaces[array.surface].node)
-            self._add_patches(state, array, black=array.copy is not None or not keep_object)
-        set_film(state, scene)
-        film = next(node for node in state.nodes if kind(node) == "Film")
-        film.props["pixel_format"] = "rgb"
+            self._add_patches(state, array)
+        one_sample_camera(state, scene)
         with resolving(scene.base):
             self.mitsuba_scene = build(state)
         if array is None:
@@ -122,22 +135,31 @@ class _LoadedScene:
         else:
             self.light_keys = ["radiance.value"] * len(self.lights)
         self.parameters = [mi.traverse(light) for light in self.lights]
-        self.rows = _rows_by_pointer(self.mitsuba_scene, scene, array)
+        # of what is no surface, at the end, for -1
+        self.row_of_side = np.array([row for s in scene.surfaces for row in (s.front, s.back)] + [ABSORBS])
+        sides = _sides_by_pointer(self.mitsuba_scene, scene, None if self.black else array)
+        self.known = np.array(sorted(sides))
+        self.sides = np.full((self.known[-1] + 1, 2), -1, dtype=np.int64)
+        self.sides[list(sides)] = list(sides.values())
         self.film_size = np.array(self.mitsuba_scene.sensors()[0].film().size())
 
-    def _add_patches(self, state: Any, array: EmitterArray, *, black: bool) -> None:
+    def _add_patches(self, state: Any, array: EmitterArray) -> None:
         import mitsuba as mi
+
+        prefix = "patch-"
+        while any(key.startswith(prefix) for key in state.nodes[0].props.keys()):  # noqa: SIM118 (not a dict)
+            prefix = f"emitter-{prefix}"  # the user's shapes have their names from the scene file
 
         surface = self.scene.surfaces[array.surface]
         sides = (surface.back, surface.front) if array.back else (surface.front, surface.back)
-        painted = bsdf((ABSORBS, ABSORBS) if black else sides, self.materials)
+        painted = bsdf((ABSORBS, ABSORBS) if self.black else sides, self.materials)
         for number, piece in enumerate(array.emitters()):
             light = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": 1.0}})
             props = mi.Properties()
             props["bsdf"], props["emitter"] = painted, light
             smooth = piece.normals is not None
             mesh = mi.Mesh(
-                f"patch-{number}",
+                f"{prefix}{number}",
                 len(piece.vertices),
                 len(piece.faces),
                 has_vertex_normals=smooth,
@@ -149,8 +171,8 @@ class _LoadedScene:
             if piece.normals is not None:
                 parameters["vertex_normals"] = piece.normals.ravel().astype(np.float32)
             parameters.update()
-            mesh.set_id(f"patch-{number}")
-            state.nodes[0].props[f"patch-{number}"] = mesh
+            mesh.set_id(f"{prefix}{number}")
+            state.nodes[0].props[f"{prefix}{number}"] = mesh
             self.lights.append(light)
 
     def _set(self, albedo: Array, emission: Array) -> None:
@@ -215,7 +237,17 @@ class _LoadedScene:
         orthographic = "orthographic" in type(self.mitsuba_scene.sensors()[0]).__name__.lower()
         view = world[:3, 2] if orthographic else place - world[:3, 3]
         back = (normal * view).sum(axis=-1) > 0
-        return np.asarray(self.rows[shape[..., 0].astype(np.int64), back.astype(np.int64)])
+        pointer = np.rint(shape[..., 0]).astype(np.int64)
+        if np.any(pointer != shape[..., 0]) or not np.isin(pointer, self.known).all():
+            raise RendererError(
+                message(
+                    "Mitsuba does not tell which surface each sample shows",
+                    where="its integrator 'aov', shape_index",
+                    got="indices of no shape, or mixed ones",
+                    expected="the index of one shape of the scene per sample",
+                )
+            )
+        return np.asarray(self.row_of_side[self.sides[pointer, back.astype(np.int64)]])
 
     def probe(
         self,
@@ -224,11 +256,14 @@ class _LoadedScene:
         albedo: Array,
         emission: Array,
         *,
+        surface: int,
+        back: bool,
         offset: float,
         max_depth: int,
         seed: int,
     ) -> NDArray[np.float32]:
         """See `fluorspar.staged.protocol.LoadedScene`."""
+        import drjit as dr
         import mitsuba as mi
 
         self._set(albedo, emission)
@@ -240,8 +275,13 @@ class _LoadedScene:
             sampler.seed(seed + first // _PROBES, len(here))
             above, down = ((here + offset * up).astype(np.float32), (-up).astype(np.float32))
             ray = mi.RayDifferential3f(o=mi.Point3f(above.T), d=mi.Vector3f(down.T))
+            hit = self.mitsuba_scene.ray_intersect(ray)
+            shape = np.array(dr.reinterpret_array(mi.UInt32, hit.shape))
+            behind = np.array(dr.dot(hit.n, ray.d) > 0)
             value, _, _ = integrator.sample(self.mitsuba_scene, sampler, ray)
-            parts.append(np.array(value).T)
+            seen = np.array(value).T
+            seen[self.sides[shape, behind.astype(np.int64)] != 2 * surface + back] = np.nan
+            parts.append(seen)
         return np.concatenate(parts)[:, : albedo.shape[1]]
 
 
@@ -250,20 +290,20 @@ def _three(values: Array) -> list[float]:
     return [float(v) for v in values] + [0.0] * (3 - len(values))
 
 
-def _rows_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> NDArray[np.int64]:
-    """Material rows of front and back by the number Dr.Jit gives a shape, ndarray of shape (P, 2)."""
+def _sides_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> dict[int, tuple[int, int]]:
+    """What the front and the back of each shape are, by the number Dr.Jit gives the shape, 0 for none.
+
+    A side is twice the number of its surface, plus 1 for the back of it; -1 is no surface of the scene.
+    """
     import drjit as dr
     import mitsuba as mi
 
-    surfaces = {f"surface-{surface.node}": surface for surface in scene.surfaces}
-    found = []
+    sides = {f"surface-{s.node}": (2 * k, 2 * k + 1) for k, s in enumerate(scene.surfaces)}
+    other = (-1, -1)
+    if array is not None:  # its patches are the surface, and face as it emits
+        other = (2 * array.surface + array.back, 2 * array.surface + (not array.back))
+    found = {0: (-1, -1)}
     for shape in built.shapes():
-        surface = surfaces.get(shape.id()) or scene.surfaces[array.surface if array else 0]
-        sides = (surface.front, surface.back)
-        if array is not None and array.back and shape.id() not in surfaces:
-            sides = sides[::-1]
-        found.append((int(np.array(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))).item()), sides))
-    rows = np.full((max((pointer for pointer, _ in found), default=0) + 1, 2), -1, dtype=np.int64)
-    for pointer, sides in found:
-        rows[pointer] = sides
-    return rows
+        pointer = int(np.array(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))).item())
+        found[pointer] = sides.get(shape.id(), other)
+    return found

@@ -62,22 +62,29 @@ class LoadedScene(Protocol):
         albedo: Array,
         emission: Array,
         *,
+        surface: int,
+        back: bool,
         offset: float,
         max_depth: int,
         seed: int,
     ) -> NDArray[np.float32]:
-        """Estimate, with one light path each, the radiance that leaves points of surfaces along the normal.
+        """Estimate, with one light path each, the radiance that leaves points of a surface along the normal.
 
         Parameters
         ----------
         points, normals : ndarray of shape (n, 3)
-            Where.
+            Where; the normals point away from the side in question.
+        surface, back
+            Number of the surface in `Scene.surfaces`, and whether its back is meant. In a scene loaded with
+            an array, the patches of the array are the surface that they stand for, unless they are black.
         offset
             How far above the surface the probe looks from.
 
         Returns
         -------
         ndarray of shape (n, B)
+            NaN for a point from above which that side of that surface is not the first thing seen: something
+            lies on it there. Its patch is then judged by its other points.
         """
         ...
 
