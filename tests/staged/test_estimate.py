@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from fluorspar.errors import ApproximationWarning
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.scene.scene import load_scene
+from fluorspar.scene.scene import Scene, load_scene
 from fluorspar.spectral.material import Fluorophore, Material
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -153,17 +154,13 @@ def test_a_point_light_lights_the_emitters():
     assert pytest.approx(E[:, :1].repeat(5, 1)) == E
 
 
-def test_emitters_are_refined_where_the_light_varies():
-    """Rationale: a point light close to one corner. Expected: the estimated error falls below the tolerance,
-    with more and smaller patches near the light."""
-    scene = floor_under(
-        {"type": "point", "position": [0.7, 0.7, 0.3], "intensity": {"type": "spectrum", "value": 1.0}}
-    )
+def refined(scene: Scene, tolerance: float, emitters: int = 2, samples: int = 64):
+    """Emitters of the floor of a scene, refined, and their estimated error."""
     renderer = MitsubaRenderer()
     matrix = DYE.on(GRID)
     with renderer.session():
         base = renderer.load(scene)
-        (array,) = emitter_arrays(renderer, scene, [matrix], QUICK)
+        (array,) = emitter_arrays(renderer, scene, [matrix], replace(QUICK, emitters=emitters))
 
         def probe(cut, samples, stream):
             return patch_illumination(
@@ -178,8 +175,20 @@ def test_emitters_are_refined_where_the_light_varies():
                 glows=False,
             )
 
-        coarse, before = refine(array, matrix, probe, tolerance=1.0, samples=64)
-        fine, after = refine(array, matrix, probe, tolerance=0.1, samples=64)
+        return refine(array, matrix, probe, tolerance=tolerance, samples=samples)
+
+
+def spot(x: float, y: float, height: float) -> dict:
+    intensity = {"type": "spectrum", "value": 1.0}
+    return {"type": "point", "position": [x, y, height], "intensity": intensity}
+
+
+def test_emitters_are_refined_where_the_light_varies():
+    """Rationale: a point light close to one corner. Expected: the estimated error falls below the tolerance,
+    with more and smaller patches near the light."""
+    scene = floor_under(spot(0.7, 0.7, 0.3))
+    coarse, before = refined(scene, 1.0)
+    fine, after = refined(scene, 0.1)
     assert len(coarse) == 4
     assert before > 0.2
     assert after <= 0.1
@@ -187,6 +196,24 @@ def test_emitters_are_refined_where_the_light_varies():
     centre = np.array([np.average(piece.centroids, axis=0, weights=piece.areas) for piece in fine.emitters()])
     near = np.linalg.norm(centre[:, :2] - 0.7, axis=1) < 0.4
     assert fine.areas[near].mean() < 0.5 * fine.areas[~near].mean()
+
+
+@pytest.mark.parametrize("emitters", [1, 2])
+def test_light_in_the_middle_of_a_patch_is_noticed(emitters):
+    """Rationale: halves of such a patch are alike, and so are its quarters. Expected: refined all the same."""
+    middle = 0.0 if emitters == 1 else 0.5
+    cut, error = refined(floor_under(spot(middle, middle, 0.15)), 0.3, emitters)
+    assert len(cut) > 4 * emitters**2
+    assert error <= 0.3
+
+
+def test_noise_alone_refines_nothing():
+    """Rationale: 4 light paths per piece scatter by 15 %. Expected: under even light, four patches stay four
+    although the tolerance is 1 %."""
+    scene = floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}})
+    cut, error = refined(scene, 0.01, samples=4)
+    assert len(cut) == 4
+    assert error <= 0.01
 
 
 def test_intermediate_images_are_kept(tmp_path: Path):

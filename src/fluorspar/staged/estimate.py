@@ -255,7 +255,7 @@ class _Staged:
 
         tolerance = self.options.tolerance
         assert tolerance is not None
-        samples = max(1, self.options.patch_samples // 4)
+        samples = max(1, self.options.patch_samples // 16)
         cut, error = refine(array, self.matrices[array.row], probe, tolerance=tolerance, samples=samples)
         if error > tolerance:
             name = self.scene.surfaces[array.surface].name

@@ -105,9 +105,16 @@ class TriangleMesh:
         normals = None if self.normals is None else self.normals[used]
         return replace(self, vertices=self.vertices[used], faces=faces.reshape(-1, 3), normals=normals)
 
-    def subdivided(self) -> TriangleMesh:
-        """The same surface, every face cut into four; vertex normals are interpolated as a renderer does."""
-        v, f = self.vertices, self.faces
+    def subdivided(self, chosen: NDArray[np.bool_]) -> tuple[TriangleMesh, NDArray[np.int64]]:
+        """The same surface, the chosen faces cut into four; vertex normals are interpolated as a renderer does.
+
+        Returns
+        -------
+        mesh : TriangleMesh
+        parent : ndarray of shape (F',)
+            The old face of each new one.
+        """
+        v, f = self.vertices, self.faces[chosen]
         edges = np.sort(np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]]), axis=1)
         unique, inverse = np.unique(edges, axis=0, return_inverse=True)
         ab, bc, ca = (inverse.reshape(3, -1) + len(v))[:]
@@ -119,7 +126,9 @@ class TriangleMesh:
         normals = None
         if self.normals is not None:
             normals = np.concatenate([self.normals, self.normals[unique].mean(axis=1)])
-        return replace(self, vertices=vertices, faces=faces, normals=normals)
+        parent = np.concatenate([np.flatnonzero(~chosen), np.repeat(np.flatnonzero(chosen), 4)])
+        faces = np.concatenate([self.faces[~chosen], faces])
+        return replace(self, vertices=vertices, faces=faces, normals=normals), parent
 
     def points(self, face: NDArray[np.int64], u: Array) -> Array:
         """Points on the given faces, evenly distributed for random `u` of shape (n, 2); shape (n, 3)."""
