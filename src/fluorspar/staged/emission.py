@@ -13,6 +13,7 @@ from fluorspar.scene.scene import Scene
 from fluorspar.scene.surfaces import ABSORBS
 from fluorspar.spectral.donaldson import DonaldsonMatrix
 from fluorspar.staged.equations import average_illumination, illumination, luminescence
+from fluorspar.staged.imaging import Tick
 from fluorspar.staged.mesh import TriangleMesh
 from fluorspar.staged.options import StagedOptions
 from fluorspar.staged.patches import (
@@ -82,6 +83,7 @@ def patch_illumination(
     max_depth: int,
     seed: int,
     glows: bool,
+    tick: Tick | None = None,
 ) -> Array:
     """Estimate E averaged over each patch of a surface, seen by the camera or not.
 
@@ -103,6 +105,8 @@ def patch_illumination(
         Light paths per patch.
     glows
         Whether the surface itself emits light, which is then taken out.
+    tick
+        Called after each group of bands and depth.
 
     Returns
     -------
@@ -113,8 +117,9 @@ def patch_illumination(
     light = np.zeros((len(array), albedo.shape[1]))
     offset = 2 * array.mesh.deviation + _OFFSET * float(np.abs(array.mesh.vertices).max())
     for group in groups:
-        shown, own = (
-            scene.probe(
+        reflected = np.zeros((len(points), len(group)), dtype=np.float32)
+        for sign, depth in ((1, max_depth), (-1, 1)) if glows else ((1, max_depth),):
+            reflected += sign * scene.probe(
                 points,
                 normals,
                 albedo[:, group],
@@ -125,11 +130,8 @@ def patch_illumination(
                 max_depth=depth,
                 seed=seed,
             )
-            if depth == max_depth or glows
-            else np.zeros((len(points), len(group)), dtype=np.float32)
-            for depth in (max_depth, 1)
-        )
-        reflected = shown - own
+            if tick:
+                tick()
         seen = np.isfinite(reflected).all(axis=1)
         light[:, group] = average_illumination(
             illumination(reflected[seen], albedo[array.row, group]), patch[seen], len(array)

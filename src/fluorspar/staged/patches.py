@@ -61,6 +61,16 @@ class EmitterArray:
         """
         return np.ones(len(self)) if self.copy is None else self.areas / self.copy.areas
 
+    @property
+    def emitting(self) -> TriangleMesh:
+        """The mesh that emits: the copy if there is one, else the surface itself."""
+        return self.mesh if self.copy is None else self.copy
+
+    @cached_property
+    def patch_of_face(self) -> NDArray[np.int64]:
+        """The patch of each face of the mesh that emits, ndarray of shape (F,)."""
+        return self.patch if self.copy is None else np.arange(len(self))
+
     def emitters(self) -> list[TriangleMesh]:
         """The K pieces that emit."""
         if self.copy is not None:
