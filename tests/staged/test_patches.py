@@ -148,6 +148,20 @@ def test_bad_numbers_are_refused():
         planar_patches(WALL, 0)
 
 
+def test_options_must_be_numbers_of_the_right_kind():
+    """Expected: the message names the option, and whose it is."""
+    assert StagedOptions(patches=np.int64(4), repeats=2.0).repeats == 2
+    for name, value in (("emitters", 2.5), ("patch_samples", float("nan")), ("bounces", "2")):
+        with pytest.raises(
+            OptionError, match=f"{name}, an option of the staged method, is not a whole number"
+        ):
+            StagedOptions(**{name: value})
+    with pytest.raises(OptionError, match="tolerance"):
+        StagedOptions(tolerance="a")
+    with pytest.raises(OptionError, match="exclude_emitter_geometry with bounces=2"):
+        StagedOptions(exclude_emitter_geometry=True, bounces=2)
+
+
 def test_more_decimated_faces_than_there_are_is_refused():
     with pytest.raises(OptionError, match="1281 emitters, 1280 faces"):
         decimated_patches(BALL, 1281)
