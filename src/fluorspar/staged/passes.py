@@ -52,7 +52,7 @@ class Passes:
         self.bounces = self.options.bounces if self.depth == UNLIMITED or self.depth > 2 else 0
         self.repeats = min(self.options.repeats, settings.spp)
         if self.repeats < self.options.repeats:
-            text = f"{settings.spp} samples per pixel make {self.repeats} repeats, not {self.options.repeats}"
+            text = f"{self.repeats} instead of {self.options.repeats} repeats: no more than samples per pixel"
             warnings.warn(text, SceneNotice, stacklevel=4)
         per_repeat = math.ceil(settings.spp / self.repeats)
         self.sampling: Sampling = plan_samples(per_repeat, settings.width, settings.height)
