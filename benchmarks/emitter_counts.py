@@ -1,7 +1,9 @@
 """Component 5 of the staged method against the one-pass method, for several numbers of emitters.
 
 Prints, for each number, the errors of averages over blocks of 16 x 16 pixels, without the emitting surfaces
-and a margin of 8 pixels around them; and the root mean square difference between successive numbers.
+and a margin of 8 pixels around them; and the paper's figure of merit, the root mean square difference between
+successive numbers of emitters of one surface's contribution, the others not fluorescent, over the mean of that
+contribution, over the same pixels.
 
     python benchmarks/emitter_counts.py [SCENE] [--counts 2 4 8 16] [--spp 256] [--size 128]
     python benchmarks/emitter_counts.py cornell-mesh --mesh FILE --counts 25 100 400 --window 29 29 99 99
@@ -13,12 +15,13 @@ from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import binary_dilation
 
 import fluorspar
-from fluorspar.scene.scene import load_scene
+from fluorspar.scene.scene import Scene, load_scene
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.equations import relative_rmse
 from fluorspar.staged.estimate import render_staged
@@ -36,6 +39,16 @@ def blocks(values: np.ndarray, valid: np.ndarray) -> np.ndarray:
     sums = (values * valid[..., None]).reshape(*shape, -1).sum(axis=(1, 3))
     kept = weight >= BLOCK * BLOCK / 2
     return sums[kept] / weight[kept][:, None]
+
+
+def with_one_fluorescent(scene: Scene) -> tuple[Scene, str]:
+    """The scene in which only the first fluorescent material fluoresces, and the name of that material."""
+    first = next(made for made in scene.materials if made.fluorescent)
+    materials = tuple(
+        made if made is first else replace(made, fluorophores=(), matrix=None, parts=())
+        for made in scene.materials
+    )
+    return replace(scene, materials=materials), first.name
 
 
 def main() -> None:
@@ -83,7 +96,8 @@ def main() -> None:
     expected = blocks(reference, valid)[:, band]
     print(f"{len(expected)} blocks, {grid.values[band]:g} nm")
     header = "".join(f"{name:>9}" for name in ("mean", "rms", "worst", "total", "seconds"))
-    print(f"{'count':>6}{header}   to the last count: rms / mean")
+    alone, material = with_one_fluorescent(scene)
+    print(f"{'count':>6}{header}   {material} alone, to the last count: rms / mean")
     before = None
     for count in args.counts:
         # the emitters of walls vary in a room, those of the object in a scene with a mesh
@@ -104,15 +118,16 @@ def main() -> None:
         both = [x.total(single_bounce=True).values.astype(float) for x in (staged, paths)]
         whole = blocks(both[0], valid)[:, band].mean() / blocks(both[1], valid)[:, band].mean() - 1
         step = ""
+        one = render_staged(alone, grid, seed=2, options=options).component(name).values.astype(float)
         if before is not None:
-            by_block = relative_rmse(blocks(before, valid), blocks(image, valid))
-            step = f"{by_block:.4f} (blocks), {relative_rmse(before, image):.4f} (pixels)"
+            by_block = relative_rmse(blocks(before, valid), blocks(one, valid))
+            step = f"{by_block:.4f} (blocks), {relative_rmse(before[valid], one[valid]):.4f} (pixels)"
         print(
             f"{count:>6}{error.mean():>9.2%}{np.sqrt(np.mean(error**2)):>9.2%}{np.abs(error).max():>9.2%}"
             f"{whole:>9.2%}{seconds:>9.1f}   {step}",
             flush=True,
         )
-        before = image
+        before = one
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
     from fluorspar.staged.options import StagedOptions
+    from fluorspar.staged.protocol import Renderer
 
 __all__ = ["METHODS", "render"]
 
@@ -48,6 +49,7 @@ def render(
     output: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     staged: StagedOptions | None = None,
+    renderer: Renderer | None = None,
 ) -> SpectralImage:
     """Render a scene into a spectral image, split into components.
 
@@ -86,12 +88,15 @@ def render(
         Called with the work done and the work in all (pixels, or renders of the staged method).
     staged
         Options of the staged method.
+    renderer
+        Another renderer than Mitsuba for the staged method, see `fluorspar.staged.protocol`.
 
     Returns
     -------
     SpectralImage
         `radiance(component, y, x, wavelength)`, W m-2 sr-1 nm-1, and its `standard_error`. If the user
-        interrupts (Ctrl-C), what is finished is kept, the rest is NaN, and attribute `partial` is 1.
+        interrupts (Ctrl-C), what is finished is kept, the rest is NaN, and attribute `partial` is 1; of the staged
+        method, whole repeats are kept.
 
     Raises
     ------
@@ -132,11 +137,11 @@ def render(
         raise OptionError(
             message("the staged method has no such option", got=got, expected="method='paths' with it")
         )
-    if staged is not None and method != "staged":
+    if (staged is not None or renderer is not None) and method != "staged":
+        what = "options of the staged method" if staged is not None else "a renderer for the staged method"
+        verb = "are" if staged is not None else "is"
         raise OptionError(
-            message(
-                "options of the staged method are given", got=f"method={method!r}", expected="method='staged'"
-            )
+            message(f"{what} {verb} given", got=f"method={method!r}", expected="method='staged'")
         )
     seed = whole("seed", seed)
     if threads is not None and whole("threads", threads) < 1:
@@ -160,7 +165,8 @@ def render(
         )
     width, height = _pair(size)
     scene = scene.with_settings(spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth)
-    scene = scene.with_whole_samples()
+    if method == "paths":  # the staged method has a sampler of its own
+        scene = scene.with_whole_samples()
     grid = _grid(wavelengths)
     attrs: dict[str, Any] = {
         "version": fluorspar.__version__,
@@ -178,7 +184,14 @@ def render(
         from fluorspar.staged.estimate import render_staged
 
         image = render_staged(
-            scene, grid, seed=seed, options=staged, stokes=stokes, threads=threads, progress=progress
+            scene,
+            grid,
+            seed=seed,
+            options=staged,
+            stokes=stokes,
+            threads=threads,
+            progress=progress,
+            renderer=renderer,
         )
         image.dataset.attrs = plain_attrs(attrs | image.attrs)
         if output is None:

@@ -76,6 +76,35 @@ def test_more_patches_than_faces_cut_the_faces():
     assert array.areas.sum() == pytest.approx(6.0)
 
 
+@pytest.mark.parametrize("count", [5, 100])
+def test_one_large_face_among_small_ones_is_cut(count):
+    """Rationale: a box with a finely meshed knob has faces enough, but not where the area is. Expected: as
+    many patches as asked for, of about the same area."""
+    knob = trimesh.creation.icosphere(subdivisions=4, radius=0.1)
+    array = mesh_patches(of(trimesh.util.concatenate([trimesh.creation.box(), knob])), count)
+    assert len(array) == count
+    assert array.areas.sum() == pytest.approx(6.0 + knob.area)
+    assert array.areas.max() < 3 * array.areas.min()
+
+
+def test_halving_cuts_no_other_faces():
+    """Rationale: a patch of two faces is cut into more before it is halved; the rest of a large mesh must not
+    be. Expected: four halvings of one of 64 cells leave the other 63 as they are."""
+    array = planar_patches(WALL, 8)
+    faces = np.bincount(array.patch)
+    for _ in range(4):
+        array, _ = split_patches(array, np.arange(len(array)) == 0)
+    assert (np.bincount(array.patch)[5:] == faces[1:]).all()
+    assert array.areas.sum() == pytest.approx(WALL.areas.sum())
+
+
+def test_a_grid_needs_no_first_triangle():
+    """A first triangle without area, as exporters write them, has no direction to start from."""
+    points = np.array([[0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
+    array = planar_patches(TriangleMesh(points, np.array([[0, 1, 1], [0, 2, 3], [0, 3, 4]])), 4)
+    assert array.areas == pytest.approx(np.full(16, 1 / 16))
+
+
 @pytest.mark.parametrize("count", [40, 300])
 def test_decimated_emitters_conserve_power(count):
     """A decimated ball is smaller than the ball: the radiance of its faces makes up for it."""
@@ -119,9 +148,28 @@ def test_bad_numbers_are_refused():
         planar_patches(WALL, 0)
 
 
+def test_options_must_be_numbers_of_the_right_kind():
+    """Expected: the message names the option, and whose it is."""
+    assert StagedOptions(patches=np.int64(4), repeats=2.0).repeats == 2
+    for name, value in (("emitters", 2.5), ("patch_samples", float("nan")), ("bounces", "2")):
+        with pytest.raises(
+            OptionError, match=f"{name}, an option of the staged method, is not a whole number"
+        ):
+            StagedOptions(**{name: value})
+    with pytest.raises(OptionError, match="tolerance"):
+        StagedOptions(tolerance="a")
+    with pytest.raises(OptionError, match="exclude_emitter_geometry with bounces=2"):
+        StagedOptions(exclude_emitter_geometry=True, bounces=2)
+
+
 def test_more_decimated_faces_than_there_are_is_refused():
     with pytest.raises(OptionError, match="1281 emitters, 1280 faces"):
         decimated_patches(BALL, 1281)
+
+
+def test_decimating_to_nothing_is_refused():
+    with pytest.raises(OptionError, match="no face of the decimated mesh has an area"):
+        decimated_patches(BALL, 1)
 
 
 def test_a_mesh_without_area_is_refused():

@@ -9,7 +9,7 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.options import LibraryOption, pairs, size_of
-from fluorspar.cli.staged import print_timings, staged_options
+from fluorspar.cli.staged import mesh_parameter, print_timings, staged_options
 from fluorspar.spectral.donaldson import Stokes
 
 __all__ = ["render"]
@@ -102,14 +102,16 @@ def render(
     exclude_emitter_geometry: Annotated[
         bool,
         typer.Option(
-            "--exclude-emitter-geometry", help="staged: leave the emitting object out, as the paper."
+            "--exclude-emitter-geometry",
+            help="staged: only black emitters in place of the emitting object, as the paper.",
         ),
     ] = False,
     bounces: Annotated[
         int | None, typer.Option(help="staged: 2 estimates component 6 as well. [default: 1]")
     ] = None,
     tolerance: Annotated[
-        float | None, typer.Option(help="staged: subdivide emitters until component 5 is this good.")
+        float | None,
+        typer.Option(help="staged: subdivide emitters until emission varies by less than this in each."),
     ] = None,
     filter_edges: Annotated[
         bool, typer.Option("--filter-edges", help="staged: the paper's filter of edge artefacts.")
@@ -146,7 +148,7 @@ def render(
         scene,
         materials=pairs(material or [], "--material"),
         matte=matte,
-        parameters=pairs(define or [], "-D") | ({"mesh": str(mesh)} if mesh else {}),
+        parameters=pairs(define or [], "-D") | mesh_parameter(scene, mesh),
         library=library or [],
     )
     with console.progress_bar(f"rendering {scene}") as progress:

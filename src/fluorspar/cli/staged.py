@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fluorspar.cli import console
@@ -11,7 +12,7 @@ from fluorspar.image.spectral_image import SpectralImage
 if TYPE_CHECKING:
     from fluorspar.staged.options import StagedOptions
 
-__all__ = ["print_timings", "staged_options"]
+__all__ = ["mesh_parameter", "print_timings", "staged_options"]
 
 
 def staged_options(method: str, **given: Any) -> StagedOptions | None:
@@ -37,6 +38,29 @@ def staged_options(method: str, **given: Any) -> StagedOptions | None:
     from fluorspar.staged.options import StagedOptions
 
     return StagedOptions(**chosen)
+
+
+def mesh_parameter(scene: str, mesh: Path | None) -> dict[str, str]:
+    """The parameter that `--mesh` gives to the scene `cornell-mesh`.
+
+    Raises
+    ------
+    OptionError
+        If it is given for another scene.
+    """
+    if mesh is None:
+        return {}
+    if scene != "cornell-mesh":
+        raise OptionError(
+            message(
+                "--mesh puts a mesh into the built-in scene cornell-mesh",
+                where="--mesh",
+                got=f"scene '{scene}'",
+                expected="cornell-mesh",
+                fix="render cornell-mesh; for a $mesh in a scene file of yours, use -D mesh=FILE",
+            )
+        )
+    return {"mesh": str(mesh)}
 
 
 def print_timings(image: SpectralImage) -> None:

@@ -166,21 +166,17 @@ def _replace(props: Any, plugin: str) -> None:
 
 
 def set_film(state: Any, scene: Scene) -> None:
-    """Give the film the size that is asked for, and a box filter."""
+    """Give the film the size that is asked for, and a box filter, for a film without a filter has a Gaussian."""
+    import mitsuba as mi
+
     film = film_node(state)
     size = {"width": scene.settings.width, "height": scene.settings.height}
     assert film is not None  # checked when the scene was loaded
     props = state.nodes[film].props
-    for key, child in list(children(state, film)):
-        if kind(state.nodes[child]) == "ReconstructionFilter":
-            state.nodes[child].props.set_plugin_name("box")
-            for parameter in list(state.nodes[child].props.keys()):
-                del state.nodes[child].props[parameter]
-        else:
-            del props[key]
     _keep(props, ("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y"))
     props.set_plugin_name("hdrfilm")
     props["pixel_format"] = "luminance"
+    props["rfilter"] = mi.load_dict({"type": "box"})
     cropped = "crop_width" in props or "crop_height" in props
     if not cropped:
         props["width"], props["height"] = size["width"], size["height"]
@@ -200,9 +196,7 @@ def set_film(state: Any, scene: Scene) -> None:
 
 
 def _keep(props: Any, names: tuple[str, ...]) -> None:
-    """Drop all plain properties but these (a film's file format, for one, means nothing here)."""
-    import mitsuba as mi
-
+    """Drop all properties but these (a film's file format, for one, means nothing here)."""
     for key in list(props.keys()):
-        if key not in names and props.type(key) != mi.Properties.Type.ResolvedReference:
+        if key not in names:
             del props[key]

@@ -8,10 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.errors import FluorsparError
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.surfaces import ABSORBS
 from fluorspar.spectral.donaldson import DonaldsonMatrix
 from fluorspar.staged.equations import average_illumination, illumination, luminescence
+from fluorspar.staged.imaging import Tick
+from fluorspar.staged.mesh import TriangleMesh
 from fluorspar.staged.options import StagedOptions
 from fluorspar.staged.patches import (
     EmitterArray,
@@ -25,30 +28,48 @@ from fluorspar.staged.protocol import LoadedScene, Renderer
 __all__ = ["emitter_arrays", "patch_illumination", "refine"]
 
 Array = NDArray[np.float64]
-_OFFSET = 1e-3  # of the size of a surface: how far above it a probe starts; more than a tessellation is off
+# How far above a surface a probe starts, in parts of its coordinates: what lies nearer is taken for the surface;
+# single precision is off by 1e-7.
+_OFFSET = 1e-5
 _MOST_PATCHES = 4096
+_MOST_PATHS = 1 << 22  # of one look at all patches
+# Mean of sqrt(max(m, 0)) over sqrt(v), for m the mean of 8 products of two normal values of variance v / 2 less
+# their means: v is the mean square of their difference.
+_FLOOR = 0.17
 Probe = Callable[[EmitterArray, int, int], Array]
 
 
 def emitter_arrays(
     renderer: Renderer, scene: Scene, matrices: Sequence[DonaldsonMatrix], options: StagedOptions
 ) -> list[EmitterArray]:
-    """Cut every fluorescent side of every surface into patches."""
+    """Cut every fluorescent side of every surface into patches.
+
+    Raises
+    ------
+    OptionError, SceneError
+        If a surface cannot be cut so; the message names it.
+    """
     arrays = []
     for number, surface in enumerate(scene.surfaces):
         for row, back in ((surface.front, False), (surface.back, True)):
             if row == ABSORBS or not matrices[row].is_fluorescent:
                 continue
-            mesh = renderer.mesh(scene, number)
-            mesh = mesh.flipped() if back else mesh
-            if mesh.is_planar:
-                array = planar_patches(mesh, options.emitters)
-            elif options.mode == "decimated":
-                array = decimated_patches(mesh, options.patches)
-            else:
-                array = mesh_patches(mesh, options.patches)
+            try:
+                mesh = renderer.mesh(scene, number)
+                array = _cut(mesh.flipped() if back else mesh, options)
+            except FluorsparError as err:
+                name = f"'{surface.name}'"
+                raise err if name in str(err) else type(err)(f"{err}\n  in:       shape {name}") from err
             arrays.append(replace(array, surface=number, back=back, row=row))
     return arrays
+
+
+def _cut(mesh: TriangleMesh, options: StagedOptions) -> EmitterArray:
+    if mesh.is_planar:
+        return planar_patches(mesh, options.emitters)
+    if options.mode == "decimated":
+        return decimated_patches(mesh, options.patches)
+    return mesh_patches(mesh, options.patches)
 
 
 def patch_illumination(
@@ -62,11 +83,13 @@ def patch_illumination(
     max_depth: int,
     seed: int,
     glows: bool,
+    tick: Tick | None = None,
 ) -> Array:
     """Estimate E averaged over each patch of a surface, seen by the camera or not.
 
     Light paths start just above random points of the patch, look down at it, and go on as a camera's would; E
-    follows by Eq. 11. Point, spot and directional lights count.
+    follows by Eq. 11. Point, spot and directional lights count. Points that something lies on do not count: no
+    light leaves them either.
 
     Parameters
     ----------
@@ -82,6 +105,8 @@ def patch_illumination(
         Light paths per patch.
     glows
         Whether the surface itself emits light, which is then taken out.
+    tick
+        Called after each group of bands and depth.
 
     Returns
     -------
@@ -90,24 +115,26 @@ def patch_illumination(
     """
     points, normals, patch = array.sample(samples, seed)
     light = np.zeros((len(array), albedo.shape[1]))
-    offset = _OFFSET * array.mesh.size
+    offset = 2 * array.mesh.deviation + _OFFSET * float(np.abs(array.mesh.vertices).max())
     for group in groups:
-        shown, own = (
-            scene.probe(
+        reflected = np.zeros((len(points), len(group)), dtype=np.float32)
+        for sign, depth in ((1, max_depth), (-1, 1)) if glows else ((1, max_depth),):
+            reflected += sign * scene.probe(
                 points,
                 normals,
                 albedo[:, group],
                 emission[:, group],
+                surface=array.surface,
+                back=array.back,
                 offset=offset,
                 max_depth=depth,
                 seed=seed,
             )
-            if depth == max_depth or glows
-            else np.zeros((len(points), len(group)), dtype=np.float32)
-            for depth in (max_depth, 1)
-        )
+            if tick:
+                tick()
+        seen = np.isfinite(reflected).all(axis=1)
         light[:, group] = average_illumination(
-            illumination(shown - own, albedo[array.row, group]), patch, len(array)
+            illumination(reflected[seen], albedo[array.row, group]), patch[seen], len(array)
         )
     return light
 
@@ -117,11 +144,11 @@ def refine(
 ) -> tuple[EmitterArray, float]:
     """Halve patches where the emission varies, until the estimated error is below the tolerance.
 
-    The error of an array is estimated as the share of the emitted power that is in the wrong half of its
-    patch: sum over halves of area times |L_half - L_patch|, over the emitted power, L summed over wavelength.
-    What sampling noise adds to that difference is taken out, by its mean square from two independent
-    estimates. It is an upper bound of the error of component 5, which smooths out differences that are small
-    against the distance.
+    The error of an array is estimated as the sum over patches of area times root mean square difference
+    between the emission of the patch and of its eighths, over the emitted power; emission summed over
+    wavelength. Halves would not do: they are alike in a patch with a spot of light in its middle, and so are
+    the quarters of a square. The mean square is that of two independent estimates, to which noise adds
+    nothing on average, and more light paths are traced while noise could decide.
 
     Parameters
     ----------
@@ -130,37 +157,37 @@ def refine(
     probe
         Function of an array, samples per patch and a stream number, that estimates E of its patches.
     tolerance
-        The share to fall below.
+        The error to fall below.
     samples
-        Light paths per patch and estimate.
+        Light paths per eighth of a patch and estimate, to begin with.
 
     Returns
     -------
     array : EmitterArray
         With at most 4096 patches.
     error : float
-        Its estimated error.
+        Its estimated error. That of component 5 is smaller, because differences that are small against the
+        distance are smoothed out there.
     """
     stream = 0
     while True:
-        halves, parent = split_patches(array, np.ones(len(array), dtype=bool))
+        pieces, parent = _eighths(array)
         first, second = (
-            luminescence(matrix, probe(halves, samples, stream + k)).sum(axis=1) for k in range(2)
+            luminescence(matrix, probe(pieces, samples, stream + k)).sum(axis=1) for k in range(2)
         )
         stream += 2
-        areas = halves.areas
-        power = areas * (first + second) / 2
-        if power.sum() <= 0:
+        areas = pieces.areas
+        power = float((areas * (first + second)).sum() / 2)
+        if power <= 0:
             return array, 0.0
-        whole = np.bincount(parent, areas, minlength=len(array))
-
-        first, second = (
-            emitted - (np.bincount(parent, areas * emitted) / whole)[parent] for emitted in (first, second)
-        )
-        # The product of two independent estimates of the difference has no bias from noise.
-        square = first * second
-        by_patch = np.bincount(parent, areas * np.sqrt(np.maximum(square, 0.0)), minlength=len(array))
-        error = float(by_patch.sum() / power.sum())
+        one, two = (_less_patch_mean(emitted, areas, parent) for emitted in (first, second))
+        by_patch = _root_mean_square(one * two, areas, parent)
+        error = float(by_patch.sum()) / power
+        # what the estimate would be, for noise alone, if all pieces of a patch were alike
+        floor = _FLOOR * float(_root_mean_square((one - two) ** 2, areas, parent).sum()) / power
+        if floor > max(error, tolerance) / 2 and 4 * samples * len(pieces) <= _MOST_PATHS:
+            samples *= 4
+            continue
         if error <= tolerance or len(array) >= _MOST_PATCHES:
             return array, error
         worst = by_patch >= 0.5 * by_patch.max()
@@ -169,3 +196,25 @@ def refine(
             worst = np.zeros(len(array), dtype=bool)
             worst[np.argsort(by_patch)[::-1][:room]] = True
         array, _ = split_patches(array, worst)
+
+
+def _eighths(array: EmitterArray) -> tuple[EmitterArray, NDArray[np.int64]]:
+    """Halve all patches three times; also the patch of each piece."""
+    pieces, parent = array, np.arange(len(array))
+    for _ in range(3):
+        pieces, whole = split_patches(pieces, np.ones(len(pieces), dtype=bool))
+        parent = parent[whole]
+    return pieces, parent
+
+
+def _root_mean_square(squares: Array, areas: Array, parent: NDArray[np.int64]) -> Array:
+    """Area of each patch times the root of its mean square, 0 where noise makes that negative."""
+    area = np.bincount(parent, areas)
+    mean = np.bincount(parent, areas * squares) / area
+    return np.asarray(area * np.sqrt(np.maximum(mean, 0.0)))
+
+
+def _less_patch_mean(emitted: Array, areas: Array, parent: NDArray[np.int64]) -> Array:
+    """What each piece emits beyond the mean of its patch."""
+    mean = np.bincount(parent, areas * emitted) / np.bincount(parent, areas)
+    return np.asarray(emitted - mean[parent])

@@ -116,7 +116,7 @@ def average_illumination(samples: ArrayLike, patch: ArrayLike, count: int) -> Ar
     patch : array_like of shape (n,)
         The patch each point lies on.
     count
-        Number of patches K; each has a point.
+        Number of patches K; one without points is dark.
 
     Returns
     -------
@@ -129,7 +129,7 @@ def average_illumination(samples: ArrayLike, patch: ArrayLike, count: int) -> Ar
            [5.]])
     """
     values, of = np.asarray(samples, dtype=np.float64), np.asarray(patch)
-    points = np.bincount(of, minlength=count)
+    points = np.maximum(np.bincount(of, minlength=count), 1)
     sums = np.stack([np.bincount(of, band, minlength=count) for band in values.T], axis=1)
     return np.asarray(sums / points[:, np.newaxis])
 

@@ -106,7 +106,8 @@ def _smallest_rectangle(mesh: TriangleMesh) -> tuple[Array, Array]:
 
     normal = mesh.areas @ mesh.face_normals
     normal = normal / np.linalg.norm(normal)
-    edge = mesh.vertices[mesh.faces[0, 1]] - mesh.vertices[mesh.faces[0, 0]]
+    edges = (mesh.vertices[np.roll(mesh.faces, 1, axis=1)] - mesh.vertices[mesh.faces]).reshape(-1, 3)
+    edge = edges[np.argmax((edges**2).sum(axis=1))]  # the first triangle may be a point
     u = edge - normal * (edge @ normal)
     u /= np.linalg.norm(u)
     v = np.cross(normal, u)

@@ -14,6 +14,7 @@ from fluorspar.staged.protocol import LoadedScene, OffersIrradiance
 __all__ = [
     "Layers",
     "Sampling",
+    "Tick",
     "Views",
     "band_groups",
     "plan_samples",

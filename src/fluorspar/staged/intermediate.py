@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from itertools import chain, count
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
+from fluorspar.image.atomic import replacing
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.patches import EmitterArray
 
-__all__ = ["Intermediate"]
+__all__ = ["Intermediate", "file_names"]
 
 
 class Intermediate:
@@ -40,7 +43,7 @@ class Intermediate:
     ['E_D-red-wall.nc', 'E_D-red-wall.png']
     """
 
-    def __init__(self, folder: Path | None, grid: Wavelengths) -> None:
+    def __init__(self, folder: str | Path | None, grid: Wavelengths) -> None:
         self.folder, self.grid = folder, grid
         if folder is not None:
             try:
@@ -69,11 +72,14 @@ class Intermediate:
             return
         import xarray as xr
 
-        count, areas = len(array), array.mesh.areas
+        path = self._path(name, ".nc")
+        areas = array.mesh.areas
         weighted = array.mesh.centroids * areas[:, np.newaxis]
-        centre = np.stack([np.bincount(array.patch, part, minlength=count) for part in weighted.T], axis=1)
+        centre = np.stack(
+            [np.bincount(array.patch, part, minlength=len(array)) for part in weighted.T], axis=1
+        )
         unit = {"units": "W m-2 sr-1 nm-1"}
-        xr.Dataset(
+        dataset = xr.Dataset(
             {
                 "illumination": (("patch", "wavelength"), light, unit | {"long_name": "E on the patch"}),
                 "emission": (("patch", "wavelength"), emitted, unit | {"long_name": "L_F of the patch"}),
@@ -81,8 +87,30 @@ class Intermediate:
                 "centre": (("patch", "axis"), centre / array.areas[:, np.newaxis]),
             },
             {"wavelength": ("wavelength", self.grid.values, {"units": "nm"}), "axis": ["x", "y", "z"]},
-        ).to_netcdf(self._path(name, ".nc"), engine="h5netcdf")
+        )
+        with replacing(path) as temporary:
+            dataset.to_netcdf(temporary, engine="h5netcdf")
 
     def _path(self, name: str, suffix: str) -> Path:
         assert self.folder is not None
-        return Path(self.folder) / (re.sub(r"[^\w.]+", "-", name).strip("-") + suffix)
+        return Path(self.folder) / (_plain(name) + suffix)
+
+
+def file_names(names: Sequence[str]) -> list[str]:
+    """Distinct parts of file names for names that may be alike.
+
+    Examples
+    --------
+    >>> file_names(["red paint", "wall", "red/paint"])
+    ['red-paint', 'wall', 'red-paint-2']
+    """
+    found: list[str] = []
+    for name in map(_plain, names):
+        numbered = (f"{name}-{number}" for number in count(2))
+        found.append(next(part for part in chain([name], numbered) if part not in found))
+    return found
+
+
+def _plain(name: str) -> str:
+    """The characters of a name that any file name may have."""
+    return re.sub(r"[^\w.]+", "-", name).strip("-")

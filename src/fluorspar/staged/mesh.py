@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,8 @@ class TriangleMesh:
         Counterclockwise seen from the front.
     normals : ndarray of shape (V, 3), optional
         Vertex normals of a smooth surface.
+    deviation
+        How far the surface may be from its triangles: 0, unless they stand for a curved shape.
 
     Raises
     ------
@@ -44,6 +46,7 @@ class TriangleMesh:
     vertices: Array
     faces: NDArray[np.int64]
     normals: Array | None = None
+    deviation: float = 0.0
 
     def __post_init__(self) -> None:
         if len(self.faces) == 0 or not np.isfinite(self.vertices).all() or not self.areas.sum() > 0:
@@ -93,19 +96,25 @@ class TriangleMesh:
 
     def flipped(self) -> TriangleMesh:
         """The same surface, front and back exchanged."""
-        return TriangleMesh(
-            self.vertices, self.faces[:, ::-1], None if self.normals is None else -self.normals
-        )
+        normals = None if self.normals is None else -self.normals
+        return replace(self, faces=self.faces[:, ::-1], normals=normals)
 
     def submesh(self, chosen: NDArray[np.integer] | NDArray[np.bool_]) -> TriangleMesh:
         """The chosen faces, with the vertices they need and those vertices' normals."""
         used, faces = np.unique(self.faces[chosen], return_inverse=True)
         normals = None if self.normals is None else self.normals[used]
-        return TriangleMesh(self.vertices[used], faces.reshape(-1, 3), normals)
+        return replace(self, vertices=self.vertices[used], faces=faces.reshape(-1, 3), normals=normals)
 
-    def subdivided(self) -> TriangleMesh:
-        """The same surface, every face cut into four; vertex normals are interpolated as a renderer does."""
-        v, f = self.vertices, self.faces
+    def subdivided(self, chosen: NDArray[np.bool_]) -> tuple[TriangleMesh, NDArray[np.int64]]:
+        """The same surface, the chosen faces cut into four; vertex normals are interpolated as a renderer does.
+
+        Returns
+        -------
+        mesh : TriangleMesh
+        parent : ndarray of shape (F',)
+            The old face of each new one.
+        """
+        v, f = self.vertices, self.faces[chosen]
         edges = np.sort(np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]]), axis=1)
         unique, inverse = np.unique(edges, axis=0, return_inverse=True)
         ab, bc, ca = (inverse.reshape(3, -1) + len(v))[:]
@@ -117,7 +126,9 @@ class TriangleMesh:
         normals = None
         if self.normals is not None:
             normals = np.concatenate([self.normals, self.normals[unique].mean(axis=1)])
-        return TriangleMesh(vertices, faces, normals)
+        parent = np.concatenate([np.flatnonzero(~chosen), np.repeat(np.flatnonzero(chosen), 4)])
+        faces = np.concatenate([self.faces[~chosen], faces])
+        return replace(self, vertices=vertices, faces=faces, normals=normals), parent
 
     def points(self, face: NDArray[np.int64], u: Array) -> Array:
         """Points on the given faces, evenly distributed for random `u` of shape (n, 2); shape (n, 3)."""

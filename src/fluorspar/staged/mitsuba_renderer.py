@@ -2,27 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import warnings
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import OptionError, SceneError, message
-from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
+from fluorspar.errors import OptionError, RendererError, SceneNotice, message
+from fluorspar.scene.nodes import build, resolving
 from fluorspar.scene.renderer import usable_cores, use_variant
-from fluorspar.scene.scene import Scene
-from fluorspar.scene.surfaces import ABSORBS, Surface
-from fluorspar.scene.trace_scene import set_film
+from fluorspar.scene.scene import Scene, sampler_node
+from fluorspar.scene.surfaces import ABSORBS
 from fluorspar.staged.mesh import TriangleMesh
+from fluorspar.staged.mitsuba_mesh import surface_mesh
+from fluorspar.staged.mitsuba_nodes import (
+    SPECTRUM,
+    bsdf,
+    name_lights,
+    one_sample_camera,
+    remove_lights,
+    remove_shape,
+    with_materials,
+)
 from fluorspar.staged.patches import EmitterArray
 
 __all__ = ["VARIANTS", "MitsubaRenderer"]
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
-_SPECTRUM = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}
-_TESSELLATION = 256  # of spheres, disks and other shapes that are not meshes, along each side
 _PROBES = 1 << 20  # light paths at a time
 
 Array = NDArray[np.float64]
@@ -70,7 +78,19 @@ class MitsubaRenderer:
     def load(
         self, scene: Scene, array: EmitterArray | None = None, *, keep_object: bool = True
     ) -> _LoadedScene:
-        """Load the scene, see `fluorspar.staged.protocol.Renderer`."""
+        """Load the scene, see `fluorspar.staged.protocol.Renderer`.
+
+        Warns
+        -----
+        SceneNotice
+            If another sampler than `independent` is replaced; once, not for each array.
+        """
+        sampler = sampler_node(scene.nodes)
+        if array is None and sampler is not None:
+            plugin = scene.nodes.nodes[sampler].props.plugin_name()
+            if plugin != "independent":
+                text = f"the sampler '{plugin}' is replaced by 'independent' for the staged method"
+                warnings.warn(text, SceneNotice, stacklevel=2)
         return _LoadedScene(scene, array, keep_object)
 
     def mesh(self, scene: Scene, surface: int) -> TriangleMesh:
@@ -83,20 +103,7 @@ class MitsubaRenderer:
         SceneError
             If the surface cannot be cut into patches.
         """
-        import mitsuba as mi
-
-        state, _ = _with_materials(scene)
-        with resolving(scene.base):
-            shape = build(state, scene.surfaces[surface].node)
-        parameters = mi.traverse(shape)
-        if "vertex_positions" not in parameters:
-            return _tessellated(shape, scene.surfaces[surface])
-        vertices = np.array(parameters["vertex_positions"], dtype=np.float64).reshape(-1, 3)
-        faces = np.array(parameters["faces"], dtype=np.int64).reshape(-1, 3)
-        normals = None
-        if shape.has_vertex_normals():
-            normals = np.array(parameters["vertex_normals"], dtype=np.float64).reshape(-1, 3)
-        return _facing(TriangleMesh(vertices, faces, normals), shape)
+        return surface_mesh(scene, surface)
 
 
 class _LoadedScene:
@@ -107,43 +114,52 @@ class _LoadedScene:
 
         self.scene = scene
         self.rr_depth = scene.settings.rr_depth
-        state, self.materials = _with_materials(scene)
+        state, self.materials = with_materials(scene)
         self.lights: list[Any] = []
+        # emitters that are not the surface itself, or stand for one that is left out, reflect nothing
+        self.black = array is not None and (array.copy is not None or not keep_object)
         if array is None:
-            _name_lights(state, scene)
+            name_lights(state, scene)
         else:
-            _remove_lights(state, scene)
+            remove_lights(state, scene)
             if array.copy is None or not keep_object:
-                _remove_shape(state, scene.surfaces[array.surface].node)
-            self._add_patches(state, array, black=array.copy is not None or not keep_object)
-        set_film(state, scene)
-        film = next(node for node in state.nodes if kind(node) == "Film")
-        film.props["pixel_format"] = "rgb"
+                remove_shape(state, scene.surfaces[array.surface].node)
+            self._add_patches(state, array)
+        one_sample_camera(state, scene)
         with resolving(scene.base):
             self.mitsuba_scene = build(state)
         if array is None:
             by_id = {emitter.id(): emitter for emitter in self.mitsuba_scene.emitters()}
             self.lights = [by_id[f"light-{light.node}"] for light in scene.lights]
-            self.light_keys = [f"{_SPECTRUM.get(light.plugin, 'radiance')}.value" for light in scene.lights]
+            self.light_keys = [f"{SPECTRUM.get(light.plugin, 'radiance')}.value" for light in scene.lights]
         else:
             self.light_keys = ["radiance.value"] * len(self.lights)
         self.parameters = [mi.traverse(light) for light in self.lights]
-        self.rows = _rows_by_pointer(self.mitsuba_scene, scene, array)
+        # of what is no surface, at the end, for -1
+        self.row_of_side = np.array([row for s in scene.surfaces for row in (s.front, s.back)] + [ABSORBS])
+        sides = _sides_by_pointer(self.mitsuba_scene, scene, None if self.black else array)
+        self.known = np.array(sorted(sides))
+        self.sides = np.full((self.known[-1] + 1, 2), -1, dtype=np.int64)
+        self.sides[list(sides)] = list(sides.values())
         self.film_size = np.array(self.mitsuba_scene.sensors()[0].film().size())
 
-    def _add_patches(self, state: Any, array: EmitterArray, *, black: bool) -> None:
+    def _add_patches(self, state: Any, array: EmitterArray) -> None:
         import mitsuba as mi
+
+        prefix = "patch-"
+        while any(key.startswith(prefix) for key in state.nodes[0].props.keys()):  # noqa: SIM118 (not a dict)
+            prefix = f"emitter-{prefix}"  # the user's shapes have their names from the scene file
 
         surface = self.scene.surfaces[array.surface]
         sides = (surface.back, surface.front) if array.back else (surface.front, surface.back)
-        bsdf = _bsdf((ABSORBS, ABSORBS) if black else sides, self.materials)
+        painted = bsdf((ABSORBS, ABSORBS) if self.black else sides, self.materials)
         for number, piece in enumerate(array.emitters()):
             light = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": 1.0}})
             props = mi.Properties()
-            props["bsdf"], props["emitter"] = bsdf, light
+            props["bsdf"], props["emitter"] = painted, light
             smooth = piece.normals is not None
             mesh = mi.Mesh(
-                f"patch-{number}",
+                f"{prefix}{number}",
                 len(piece.vertices),
                 len(piece.faces),
                 has_vertex_normals=smooth,
@@ -155,8 +171,8 @@ class _LoadedScene:
             if piece.normals is not None:
                 parameters["vertex_normals"] = piece.normals.ravel().astype(np.float32)
             parameters.update()
-            mesh.set_id(f"patch-{number}")
-            state.nodes[0].props[f"patch-{number}"] = mesh
+            mesh.set_id(f"{prefix}{number}")
+            state.nodes[0].props[f"{prefix}{number}"] = mesh
             self.lights.append(light)
 
     def _set(self, albedo: Array, emission: Array) -> None:
@@ -221,7 +237,17 @@ class _LoadedScene:
         orthographic = "orthographic" in type(self.mitsuba_scene.sensors()[0]).__name__.lower()
         view = world[:3, 2] if orthographic else place - world[:3, 3]
         back = (normal * view).sum(axis=-1) > 0
-        return np.asarray(self.rows[shape[..., 0].astype(np.int64), back.astype(np.int64)])
+        pointer = np.rint(shape[..., 0]).astype(np.int64)
+        if np.any(pointer != shape[..., 0]) or not np.isin(pointer, self.known).all():
+            raise RendererError(
+                message(
+                    "Mitsuba does not tell which surface each sample shows",
+                    where="its integrator 'aov', shape_index",
+                    got="indices of no shape, or mixed ones",
+                    expected="the index of one shape of the scene per sample",
+                )
+            )
+        return np.asarray(self.row_of_side[self.sides[pointer, back.astype(np.int64)]])
 
     def probe(
         self,
@@ -230,11 +256,14 @@ class _LoadedScene:
         albedo: Array,
         emission: Array,
         *,
+        surface: int,
+        back: bool,
         offset: float,
         max_depth: int,
         seed: int,
     ) -> NDArray[np.float32]:
         """See `fluorspar.staged.protocol.LoadedScene`."""
+        import drjit as dr
         import mitsuba as mi
 
         self._set(albedo, emission)
@@ -246,8 +275,13 @@ class _LoadedScene:
             sampler.seed(seed + first // _PROBES, len(here))
             above, down = ((here + offset * up).astype(np.float32), (-up).astype(np.float32))
             ray = mi.RayDifferential3f(o=mi.Point3f(above.T), d=mi.Vector3f(down.T))
+            hit = self.mitsuba_scene.ray_intersect(ray)
+            shape = np.array(dr.reinterpret_array(mi.UInt32, hit.shape))
+            behind = np.array(dr.dot(hit.n, ray.d) > 0)
             value, _, _ = integrator.sample(self.mitsuba_scene, sampler, ray)
-            parts.append(np.array(value).T)
+            seen = np.array(value).T
+            seen[self.sides[shape, behind.astype(np.int64)] != 2 * surface + back] = np.nan
+            parts.append(seen)
         return np.concatenate(parts)[:, : albedo.shape[1]]
 
 
@@ -256,137 +290,20 @@ def _three(values: Array) -> list[float]:
     return [float(v) for v in values] + [0.0] * (3 - len(values))
 
 
-def _with_materials(scene: Scene) -> tuple[Any, list[Any]]:
-    """Copy the nodes of a scene; every row of the material table becomes one `diffuse` BSDF."""
-    import mitsuba as mi
+def _sides_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> dict[int, tuple[int, int]]:
+    """What the front and the back of each shape are, by the number Dr.Jit gives the shape, 0 for none.
 
-    state = copy_nodes(scene.nodes)
-    for key, child in list(children(state, 0)):
-        if kind(state.nodes[child]) in ("Integrator", "BSDF", "Texture"):
-            del state.nodes[0].props[key]
-    materials = [
-        mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}})
-        for _ in scene.materials
-    ]
-    for surface in scene.surfaces:
-        props = state.nodes[surface.node].props
-        for key, child in list(children(state, surface.node)):
-            if kind(state.nodes[child]) != "Emitter":
-                del props[key]
-        props["bsdf"] = _bsdf((surface.front, surface.back), materials)
-        props.set_id(f"surface-{surface.node}")
-    return state, materials
-
-
-def _bsdf(sides: Sequence[int], materials: list[Any]) -> Any:
-    """The BSDF of a surface with these material rows on front and back."""
-    import mitsuba as mi
-
-    black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
-    front, back = (black if row == ABSORBS else materials[row] for row in sides)
-    if sides[1] == ABSORBS:
-        return mi.load_dict(front) if isinstance(front, dict) else front
-    return mi.load_dict({"type": "twosided", "front": front, "back": back})
-
-
-def _name_lights(state: Any, scene: Scene) -> None:
-    import mitsuba as mi
-
-    for light in scene.lights:
-        props = state.nodes[light.node].props
-        if light.plugin not in ("area", "constant", *_SPECTRUM):
-            for key in list(props.keys()):
-                del props[key]
-            props.set_plugin_name("constant")
-        props[_SPECTRUM.get(props.plugin_name(), "radiance")] = mi.ScalarColor3f(1.0)
-        props.set_id(f"light-{light.node}")
-
-
-def _remove_lights(state: Any, scene: Scene) -> None:
-    lights = {light.node for light in scene.lights}
-    for parent in (0, *(surface.node for surface in scene.surfaces)):
-        for key, child in list(children(state, parent)):
-            if child in lights:
-                del state.nodes[parent].props[key]
-
-
-def _remove_shape(state: Any, node: int) -> None:
-    for key, child in list(children(state, 0)):
-        if child == node:
-            del state.nodes[0].props[key]
-
-
-def _rows_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> NDArray[np.int64]:
-    """Material rows of front and back by the number Dr.Jit gives a shape, ndarray of shape (P, 2)."""
+    A side is twice the number of its surface, plus 1 for the back of it; -1 is no surface of the scene.
+    """
     import drjit as dr
     import mitsuba as mi
 
-    surfaces = {f"surface-{surface.node}": surface for surface in scene.surfaces}
-    found = []
+    sides = {f"surface-{s.node}": (2 * k, 2 * k + 1) for k, s in enumerate(scene.surfaces)}
+    other = (-1, -1)
+    if array is not None:  # its patches are the surface, and face as it emits
+        other = (2 * array.surface + array.back, 2 * array.surface + (not array.back))
+    found = {0: (-1, -1)}
     for shape in built.shapes():
-        surface = surfaces.get(shape.id()) or scene.surfaces[array.surface if array else 0]
-        sides = (surface.front, surface.back)
-        if array is not None and array.back and shape.id() not in surfaces:
-            sides = sides[::-1]
-        found.append((int(np.array(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))).item()), sides))
-    rows = np.full((max((pointer for pointer, _ in found), default=0) + 1, 2), -1, dtype=np.int64)
-    for pointer, sides in found:
-        rows[pointer] = sides
-    return rows
-
-
-def _facing(mesh: TriangleMesh, shape: Any) -> TriangleMesh:
-    """Turn a mesh so that its front is what Mitsuba takes for it: `flip_normals` leaves the corners in their
-    order."""
-    import mitsuba as mi
-
-    largest = int(np.argmax(mesh.areas))
-    centre, normal = mesh.centroids[largest], mesh.face_normals[largest]
-    start = centre + 1e-3 * np.sqrt(mesh.areas[largest]) * normal
-    ray = mi.Ray3f(mi.Point3f(*start.tolist()), mi.Vector3f(*(-normal).tolist()))
-    hit = mi.load_dict({"type": "scene", "shape": shape}).ray_intersect(ray)
-    front = np.array(hit.n, dtype=np.float64).ravel()
-    if front @ normal < 0:
-        mesh = TriangleMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.normals)
-    if mesh.normals is not None:
-        shading = mesh.normals[mesh.faces].sum(axis=1)
-        if (mesh.areas * (shading * mesh.face_normals).sum(axis=1)).sum() < 0:
-            mesh = TriangleMesh(mesh.vertices, mesh.faces, -mesh.normals)
-    return mesh
-
-
-def _tessellated(shape: Any, surface: Surface) -> TriangleMesh:
-    """Cut a shape that is not a mesh into triangles, between points that divide its area evenly."""
-    import mitsuba as mi
-
-    flat = type(shape).__name__ in ("Rectangle",) or "Rectangle" in str(shape)
-    n = 1 if flat else _TESSELLATION
-    u, v = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
-    try:
-        sample = shape.sample_position(
-            0.0, mi.Point2f(u.ravel().astype(np.float32), v.ravel().astype(np.float32))
-        )
-    except Exception as err:  # shapes without an area to sample raise bare RuntimeError
-        raise SceneError(
-            message(
-                "this shape cannot be cut into emitters",
-                where=f"shape '{surface.name}'",
-                expected="a mesh, rectangle, disk, sphere or cylinder",
-                fix="write it as a mesh",
-            )
-        ) from err
-    vertices = np.array(sample.p, dtype=np.float64).T
-    # one normal for all where the shape is flat
-    normals = np.broadcast_to(np.array(sample.n, dtype=np.float64).T, vertices.shape)
-    corner = np.arange(n * (n + 1)).reshape(n, n + 1)[:, :-1].ravel()
-    faces = np.concatenate(
-        [
-            np.stack([corner, corner + n + 1, corner + n + 2], axis=1),
-            np.stack([corner, corner + n + 2, corner + 1], axis=1),
-        ]
-    )
-    mesh = TriangleMesh(vertices, faces)
-    inward = (mesh.face_normals * normals[faces].mean(axis=1)).sum(axis=1) < 0
-    faces[inward] = faces[inward, ::-1]
-    mesh = TriangleMesh(vertices, faces, None if flat else normals)
-    return mesh.submesh(mesh.areas > 1e-9 * mesh.areas.sum())
+        pointer = int(np.array(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))).item())
+        found[pointer] = sides.get(shape.id(), other)
+    return found

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from fluorspar.errors import OptionError, message
+from fluorspar.scene.scene import whole
 
 __all__ = ["ALBEDO_FLOOR", "StagedOptions"]
 
@@ -14,6 +15,7 @@ ALBEDO_FLOOR = 1e-3
 """Reflectance with which a fluorescent surface is rendered where its own is smaller: E = y / S needs S >
 0."""
 
+_WHERE = "an option of the staged method"
 _POSITIVE = ("emitters", "patches", "bounces", "repeats", "patch_samples")
 
 
@@ -31,21 +33,23 @@ class StagedOptions:
         What the emitters of a mesh are: `"true"`, patches of the surface itself; `"decimated"`, the faces of
         a decimated copy, as in the paper.
     exclude_emitter_geometry
-        Leave the emitting object out of its own emitter render, as the paper did: it then neither reflects
-        nor hides the light of its emitters.
+        Leave the emitting object out of its own emitter render, as the paper did: only its emitters stand
+        there, black and opaque, so that it reflects none of their light. In mode `"true"` they hide and absorb
+        what the object would; in mode `"decimated"` the copy does. Not with `bounces` of 2 or more.
     bounces
         1: light luminesces once (the paper). 2 and more: light that luminesced that often is carried on, and
         component 6 is estimated.
     tolerance
-        Subdivide the emitters until the estimated error of component 5, relative to the emitted power, is
-        below this; None: leave `emitters` and `patches` as they are.
+        Subdivide the emitters until the emission differs by less than this, in the root mean square and
+        relative to the mean, from that of its patch; None: leave `emitters` and `patches` as they are.
     filter_edges
         Median filter over 3 x 3 pixels on the luminescent components where a pixel shows two surfaces
         (section VIII-A of the paper). Not needed here, because E is found per sample and not per pixel.
     keep_intermediate
         Folder for the intermediate images: E_D, E_I, L_F and the emitter render of each object.
     repeats
-        Independent seeds among which the samples are divided; the standard error is that of their mean.
+        Independent seeds among which the samples are divided; the standard error is that of their mean. No
+        more than there are samples per pixel.
     patch_samples
         Light paths for the illumination of one emitter, in all repeats together.
 
@@ -67,25 +71,46 @@ class StagedOptions:
     bounces: int = 1
     tolerance: float | None = None
     filter_edges: bool = False
-    keep_intermediate: Path | None = None
+    keep_intermediate: str | Path | None = None
     repeats: int = 4
     patch_samples: int = 1024
 
     def __post_init__(self) -> None:
         for name in _POSITIVE:
+            object.__setattr__(self, name, whole(f"{name}, {_WHERE},", getattr(self, name)))
             if getattr(self, name) < 1:
                 raise OptionError(
-                    message(f"{name} is out of range", got=getattr(self, name), expected="1 or more")
+                    message(
+                        f"{name} is out of range", where=_WHERE, got=getattr(self, name), expected="1 or more"
+                    )
                 )
         if self.mode not in ("true", "decimated"):
             raise OptionError(
                 message(
                     "there is no such kind of emitters",
+                    where=f"mode, {_WHERE}",
                     got=repr(self.mode),
                     expected="'true' or 'decimated'",
                 )
             )
-        if self.tolerance is not None and not self.tolerance > 0:
+        if self.tolerance is not None and not (
+            isinstance(self.tolerance, (int, float)) and self.tolerance > 0
+        ):
             raise OptionError(
-                message("the tolerance is out of range", got=self.tolerance, expected="more than 0")
+                message(
+                    "the tolerance is out of range",
+                    where=_WHERE,
+                    got=repr(self.tolerance),
+                    expected="a number greater than 0",
+                )
+            )
+        if self.exclude_emitter_geometry and self.bounces > 1:
+            raise OptionError(
+                message(
+                    "the emitting object cannot be left out if its emitters are lit again",
+                    where=_WHERE,
+                    got=f"exclude_emitter_geometry with bounces={self.bounces}",
+                    expected="one of them",
+                    fix="leave out exclude_emitter_geometry",
+                )
             )

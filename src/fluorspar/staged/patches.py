@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import OptionError, RendererError, message
+from fluorspar.errors import OptionError, message
 from fluorspar.staged.grid_cells import grid_cells
 from fluorspar.staged.mesh import TriangleMesh
 
@@ -16,6 +16,7 @@ __all__ = ["EmitterArray", "decimated_patches", "mesh_patches", "planar_patches"
 
 Array = NDArray[np.float64]
 _FACES_PER_PATCH = 8
+_SAME_PLACE = 1e-6  # of the size of a mesh: corners nearer than that are one
 # How much the direction of a surface counts against its place. On the Stanford bunny with 100 patches under a
 # lamp, the light varies within patches by 0.69 of its mean for 0, 0.57 for 0.5, 0.52 for 1 and 1.5, 0.58 for
 # 2.5.
@@ -61,13 +62,21 @@ class EmitterArray:
         """
         return np.ones(len(self)) if self.copy is None else self.areas / self.copy.areas
 
+    @property
+    def emitting(self) -> TriangleMesh:
+        """The mesh that emits: the copy if there is one, else the surface itself."""
+        return self.mesh if self.copy is None else self.copy
+
+    @cached_property
+    def patch_of_face(self) -> NDArray[np.int64]:
+        """The patch of each face of the mesh that emits, ndarray of shape (F,)."""
+        return self.patch if self.copy is None else np.arange(len(self))
+
     def emitters(self) -> list[TriangleMesh]:
         """The K pieces that emit."""
         if self.copy is not None:
             return [self.copy.submesh(np.array([face])) for face in range(len(self))]
-        order = np.argsort(self.patch, kind="stable")
-        ends = np.cumsum(np.bincount(self.patch, minlength=len(self)))[:-1]
-        return [self.mesh.submesh(faces) for faces in np.split(order, ends)]
+        return [self.mesh.submesh(faces) for faces in _faces_by_patch(self.patch, len(self))]
 
     def sample(self, per_patch: int, seed: int) -> tuple[Array, Array, NDArray[np.int64]]:
         """Spread points evenly over each patch of the true surface.
@@ -114,7 +123,7 @@ def mesh_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
     """Cut any surface into `count` compact patches of about the same area.
 
     The largest piece is halved, across its longest extent in space and in direction of the normal, until
-    there are enough. Coarse meshes are subdivided first, so any count is possible.
+    there are enough. Faces that are large for a patch are subdivided first, so any count is possible.
 
     Examples
     --------
@@ -124,8 +133,9 @@ def mesh_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
     >>> len(array), bool(abs(array.areas.sum() - ball.area) < 1e-9)
     (10, True)
     """
-    while len(mesh.faces) < _FACES_PER_PATCH * count:
-        mesh = mesh.subdivided()
+    largest_face = mesh.areas.sum() / (_FACES_PER_PATCH * count)
+    while (large := mesh.areas > largest_face).any():
+        mesh, _ = mesh.subdivided(large)
     pieces = [np.arange(len(mesh.faces))]
     areas = [float(mesh.areas.sum())]
     while len(pieces) < count:
@@ -162,11 +172,11 @@ def split_patches(array: EmitterArray, chosen: NDArray[np.bool_]) -> tuple[Emitt
     array([0, 0, 1, 2])
     """
     mesh, patch = array.mesh, array.patch
-    while np.bincount(patch, minlength=len(array))[chosen].min(initial=_FACES_PER_PATCH) < _FACES_PER_PATCH:
-        mesh, patch = mesh.subdivided(), np.repeat(patch, 4)
+    while (few := chosen & (np.bincount(patch, minlength=len(array)) < _FACES_PER_PATCH)).any():
+        mesh, parent_face = mesh.subdivided(few[patch])
+        patch = patch[parent_face]
     pieces, parent = [], []
-    for number in range(len(array)):
-        faces = np.flatnonzero(patch == number)
+    for number, faces in enumerate(_faces_by_patch(patch, len(array))):
         for piece in _halves(mesh, faces) if chosen[number] else (faces,):
             pieces.append(piece)
             parent.append(number)
@@ -180,9 +190,7 @@ def decimated_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
     Raises
     ------
     OptionError
-        If the mesh has fewer faces than that.
-    RendererError
-        If the decimation yields faces without area.
+        If the mesh has fewer faces than that, or so few are asked for that nothing with an area is left.
 
     Examples
     --------
@@ -206,24 +214,32 @@ def decimated_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
             )
         )
     # Simplification works on shared corners; a mesh may come with a vertex per face corner.
-    vertices, inverse = np.unique(mesh.vertices.round(9), axis=0, return_inverse=True)
+    places = (mesh.vertices / (_SAME_PLACE * mesh.size)).round()
+    _, first, inverse = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    vertices = mesh.vertices[first]
     corners, faces = fast_simplification.simplify(
         vertices.astype(np.float32), inverse.reshape(-1)[mesh.faces].astype(np.int32), target_count=count
     )
-    copy = TriangleMesh(np.asarray(corners, dtype=np.float64), np.asarray(faces, dtype=np.int64))
-    copy = copy.submesh(np.flatnonzero(copy.areas > 0))
+    a, b, c = np.asarray(corners, dtype=np.float64)[np.asarray(faces, dtype=np.int64).reshape(-1, 3).T]
+    solid = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 0
+    if not solid.any():
+        raise OptionError(
+            message(
+                "no face of the decimated mesh has an area",
+                got=f"{count} asked for",
+                expected="4 or more, to enclose a volume",
+                fix="raise the number of patches, or use mode 'true'",
+            )
+        )
+    copy = TriangleMesh(np.asarray(corners, dtype=np.float64), np.asarray(faces, dtype=np.int64)[solid])
     patch = cKDTree(copy.centroids).query(mesh.centroids)[1]
     # A face to which no part of the surface is nearest has nothing to emit.
     used, patch = np.unique(patch, return_inverse=True)
-    if len(used) < 1:
-        raise RendererError(message("the decimated mesh has no faces left", got=f"{count} asked for"))
     return EmitterArray(mesh, np.asarray(patch, dtype=np.int64), copy.submesh(used))
 
 
 def _halves(mesh: TriangleMesh, faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Halve a set of faces by area across its longest extent."""
-    if len(faces) < 2:
-        raise OptionError(message("a single triangle cannot be halved", fix="subdivide the mesh"))
     areas = mesh.areas[faces]
     scale = _NORMAL_WEIGHT * np.sqrt(areas.sum())
     place = np.hstack([mesh.centroids[faces], scale * mesh.face_normals[faces]])
@@ -232,6 +248,11 @@ def _halves(mesh: TriangleMesh, faces: NDArray[np.int64]) -> tuple[NDArray[np.in
     order = np.argsort(along, kind="stable")
     cut = int(np.clip(np.searchsorted(np.cumsum(areas[order]), areas.sum() / 2), 1, len(faces) - 1))
     return faces[order[:cut]], faces[order[cut:]]
+
+
+def _faces_by_patch(patch: NDArray[np.int64], count: int) -> list[NDArray[np.int64]]:
+    order = np.argsort(patch, kind="stable")
+    return np.split(order, np.cumsum(np.bincount(patch, minlength=count))[:-1])
 
 
 def _labels(faces: int, pieces: list[NDArray[np.int64]]) -> NDArray[np.int64]:

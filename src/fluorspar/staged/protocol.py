@@ -1,4 +1,10 @@
-"""What the staged method asks of a renderer. A renderer is one file that provides these two classes."""
+"""What the staged method asks of a renderer. A renderer is one file that provides `Renderer` and `LoadedScene`.
+
+It reads from the `Scene`: `settings` (width, height, rr_depth; samples come as seeds and scale), `surfaces` (of each
+shape the material rows of front and back, `ABSORBS` for a side that is black, and its row in the table of lights),
+`lights` (kind, unit), and the geometry and the camera from `nodes`, Mitsuba's parsed scene, or from whatever form of
+the same scene the renderer has its own: `surfaces` and `lights` are in the order of the scene file and bear its ids.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +17,7 @@ from fluorspar.scene.scene import Scene
 from fluorspar.staged.mesh import TriangleMesh
 from fluorspar.staged.patches import EmitterArray
 
-__all__ = ["LoadedScene", "OffersIrradiance", "Renderer"]
+__all__ = ["EmitsPerFace", "LoadedScene", "OffersIrradiance", "Renderer"]
 
 Array = NDArray[np.float64]
 
@@ -62,29 +68,39 @@ class LoadedScene(Protocol):
         albedo: Array,
         emission: Array,
         *,
+        surface: int,
+        back: bool,
         offset: float,
         max_depth: int,
         seed: int,
     ) -> NDArray[np.float32]:
-        """Estimate, with one light path each, the radiance that leaves points of surfaces along the normal.
+        """Estimate, with one light path each, the radiance that leaves points of a surface along the normal.
 
         Parameters
         ----------
         points, normals : ndarray of shape (n, 3)
-            Where.
+            Where; the normals point away from the side in question.
+        surface, back
+            Number of the surface in `Scene.surfaces`, and whether its back is meant. In a scene loaded with
+            an array, the patches of the array are the surface that they stand for, unless they are black.
         offset
             How far above the surface the probe looks from.
 
         Returns
         -------
         ndarray of shape (n, B)
+            NaN for a point from above which that side of that surface is not the first thing seen: something
+            lies on it there. Its patch is then judged by its other points.
         """
         ...
 
 
 @runtime_checkable
 class OffersIrradiance(Protocol):
-    """What a loaded scene may offer beyond: illumination without albedo, so that Eq. 11 needs no division."""
+    """What a loaded scene may offer beyond: illumination without albedo, so that images of E need no division.
+
+    The light on emitters is taken from `LoadedScene.probe` all the same.
+    """
 
     def illumination(
         self, albedo: Array, emission: Array, *, max_depth: int, seed: int, scale: int
@@ -109,12 +125,11 @@ class Renderer(Protocol):
         scene
             Geometry, camera and size.
         array
-            Its patches take the place of the surface they are made of, reflectance included. A renderer that
-            lets the faces of one mesh emit differently can load `array.mesh` as it is, face by face emission
-            of patch `array.patch`; others load the pieces `array.emitters()`. Where the array is a coarse
-            copy (`array.copy`), black patches are added to the scene instead.
+            The pieces `array.emitters()` take the place of the surface they are made of, reflectance
+            included. Where the array is a coarse copy (`array.copy`), black pieces are added to the scene
+            instead.
         keep_object
-            False: the emitting object reflects and hides nothing.
+            False: the emitting object is left out, and its emitters are black.
         """
         ...
 
@@ -124,4 +139,16 @@ class Renderer(Protocol):
 
     def session(self, threads: int | None) -> Any:
         """Context manager inside which the other methods may be called."""
+        ...
+
+
+@runtime_checkable
+class EmitsPerFace(Protocol):
+    """What a renderer may offer beyond: faces of one mesh that emit differently, instead of K meshes."""
+
+    def load_faces(self, scene: Scene, array: EmitterArray, *, keep_object: bool = True) -> LoadedScene:
+        """As `Renderer.load` with an array, but each face of `array.emitting` is an emitter.
+
+        The emission that the loaded scene gets has a row for each of these faces, in their order.
+        """
         ...
