@@ -42,8 +42,10 @@ def blocks(values: np.ndarray, valid: np.ndarray) -> np.ndarray:
 
 
 def with_one_fluorescent(scene: Scene) -> tuple[Scene, str]:
-    """The scene in which only the first fluorescent material fluoresces, and the name of that material."""
-    first = next(made for made in scene.materials if made.fluorescent)
+    """The scene in which one fluorescent material fluoresces, and its name: the object's, or that of a wall."""
+    on_object = {surface.front for surface in scene.surfaces if surface.name == "object"}
+    glowing = [row for row, made in enumerate(scene.materials) if made.fluorescent]
+    first = scene.materials[next((row for row in glowing if row in on_object), glowing[0])]
     materials = tuple(
         made if made is first else replace(made, fluorophores=(), matrix=None, parts=())
         for made in scene.materials
