@@ -50,6 +50,8 @@ class PointSpectra:
     correlated : bool
         Whether the errors of the bands of a point are fully correlated, as those of a render are; else they are
         independent.
+    freedom : ndarray of shape (P,), optional
+        Degrees of freedom of the standard errors of each point; None: they count as known.
 
     Raises
     ------
@@ -72,6 +74,7 @@ class PointSpectra:
     title: str = ""
     notes: tuple[str, ...] = ()
     correlated: bool = False
+    freedom: Array | None = None
 
     def __post_init__(self) -> None:
         expected = (len(self.names), len(self.bands.grid))
