@@ -7,11 +7,12 @@ import pytest
 import trimesh
 
 from fluorspar.errors import ImageError, OptionError, SpectrumError
-from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE, TOTAL
+from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE, TOTAL, select
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
 from fluorspar.measure.bands import Bands
 from fluorspar.measure.compare import compare
+from fluorspar.measure.converted import converted
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point
 from fluorspar.measure.sides import bands_of
@@ -65,6 +66,33 @@ class TestComponents:
             found = compare(image_of(components), image_of(components))
             assert found.images.mean_a[0] == len(components)
             assert "single_bounce" not in said(found)
+
+    @pytest.mark.parametrize("suffix", [".nc", ".exr", ".hdr"])
+    @pytest.mark.parametrize("component", ["total", "single_bounce", "luminescent"])
+    def test_a_sum_says_what_it_holds_in_every_format(self, tmp_path, suffix, component):
+        whole = converted(image_of(COMPONENTS), component)
+        whole.save(tmp_path / f"a{suffix}")
+        with SpectralImage.open(tmp_path / f"a{suffix}") as read:
+            assert read.attrs["components"] == " + ".join(select(component))
+            assert "only" not in said(compare(image_of(COMPONENTS), read, component=component))
+
+    def test_a_total_that_holds_reexcitation_against_one_without(self, tmp_path):
+        """Its reexcitation cannot be taken out again, so the report must say that it is in the difference."""
+        image_of(COMPONENTS).save(tmp_path / "a.hdr")
+        with SpectralImage.open(tmp_path / "a.hdr") as whole:
+            found = compare(whole, image_of(SINGLE_BOUNCE, single_bounce=1))
+        assert found.value("bias") == pytest.approx(1 / 7)
+        assert "only A holds reexcitation, which is part of the difference" in said(found)
+
+    def test_a_sum_without_reexcitation_against_all(self):
+        found = compare(converted(image_of(COMPONENTS), "single_bounce"), image_of(COMPONENTS))
+        assert found.value("rmse") == 0
+        assert "since A does not hold it" in said(found)
+
+    def test_an_image_that_does_not_say_is_said(self):
+        found = compare(image_of(COMPONENTS), total_of(7.0))
+        assert "B is not split and does not say what light it holds: taken as that of A" in said(found)
+        assert "Components" not in said(compare(total_of(), total_of()))
 
     def test_errors_of_a_component_are_used(self):
         image = image_of(COMPONENTS, error=True)

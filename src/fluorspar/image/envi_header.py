@@ -25,7 +25,7 @@ def header_of(attrs: dict[str, Any], grid: Wavelengths) -> dict[str, Any]:
     Parameters
     ----------
     attrs : dict
-        Attributes of the image; `unit`, `quantity` and `bandwidth_nm` (as `fwhm`) come back on reading.
+        Attributes of the image; `unit`, `quantity`, `components` and `bandwidth_nm` (as `fwhm`) come back on reading.
     grid : Wavelengths
 
     Examples
@@ -48,6 +48,8 @@ def header_of(attrs: dict[str, Any], grid: Wavelengths) -> dict[str, Any]:
         "wavelength units": "Nanometers",
         "band names": [f"{wavelength:g} nm" for wavelength in grid.values],
     }
+    if components := attrs.get("components"):
+        header["components"] = str(components)
     if width := attrs.get("bandwidth_nm"):
         header["fwhm"] = [f"{float(width):.10g}"] * len(grid)
     return header

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, message
-from fluorspar.image.components import TOTAL, select
+from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.bands import Bands, band_weights, conversion
@@ -43,7 +43,8 @@ def converted(
     Returns
     -------
     SpectralImage
-        In memory, unless nothing is to be done. The attribute `converted` says what was done. Standard errors
+        In memory, unless nothing is to be done. The attribute `converted` says what was done, `components` what a
+        sum was made of. Standard errors
         are kept where they are still right: those of components that are kept, one of which becomes the
         total if it is all that is left, and those of the total with all components. Bands count as fully
         correlated.
@@ -75,7 +76,7 @@ def converted(
         names = chosen if len(chosen) == 1 and component == chosen[0] else (TOTAL,)
         layers = [on_grid(add_up(image.dataset, chosen), False)]
         said.append(f"{component} only")
-    attrs = image.attrs
+    attrs = image.attrs | (sum_of(chosen) if names == (TOTAL,) else {})
     if said:
         attrs["converted"] = "; ".join([attrs["converted"], *said] if "converted" in attrs else said)
     if bandwidth:
