@@ -13,7 +13,7 @@ from fluorspar.measure.aperture import Aperture
 from fluorspar.measure.bands import Bands
 from fluorspar.measure.compare import compare
 from fluorspar.measure.converted import converted
-from fluorspar.measure.point_spectra import PointSpectra
+from fluorspar.measure.point_spectra import PointSpectra, read_point_spectra, write_point_spectra
 from fluorspar.measure.points import Point
 from fluorspar.measure.sides import bands_of
 from fluorspar.measure.spectroradiometer import measure, scene_of
@@ -112,13 +112,15 @@ class TestComponents:
 
 class TestUnits:
     @pytest.mark.parametrize(
-        "unit", ["W m-2 sr-1 nm-1", "W.m^-2.sr^-1.nm^-1", "W.m^-2.sr^-1", "W/(m2 sr nm)", "W m⁻² sr⁻¹ nm⁻¹"]
+        "unit", ["W m-2 sr-1 nm-1", "W.m^-2.sr^-1.nm^-1", "W/(m2 sr nm)", "W m⁻² sr⁻¹ nm⁻¹"]
     )
     def test_spellings_of_radiance(self, unit):
         assert is_radiance(unit)
         assert unit_of(total_of(unit=unit)) == "W m-2 sr-1 nm-1"
 
-    @pytest.mark.parametrize("unit", ["mW.cm^-2.sr^-1", "1", "not stated", "W m-2 nm-1", "W W-1"])
+    @pytest.mark.parametrize(
+        "unit", ["mW.cm^-2.sr^-1", "W.m^-2.sr^-1", "W m-2 sr-1", "1", "not stated", "W m-2 nm-1", "W W-1"]
+    )
     def test_what_is_no_radiance(self, unit):
         assert not is_radiance(unit)
 
@@ -135,6 +137,29 @@ class TestUnits:
         table = PointSpectra(("p",), Bands(GRID), np.ones((1, 7)), unit="counts")
         with pytest.raises(OptionError, match="different units"):
             compare(table, total_of(), points=PLACES, aperture=Aperture(1, "px"))
+
+    def test_radiance_of_a_whole_band_is_not_per_nm(self):
+        """In an EXR file it is spelt like that; elsewhere it is what it says."""
+        with pytest.raises(OptionError, match="different units"):
+            compare(total_of(), total_of(unit="W m-2 sr-1"))
+
+    @pytest.mark.parametrize(
+        ("line", "unit"), [("", "not stated"), ("# unit: W m-2 sr-1 nm-1", "W m-2 sr-1 nm-1")]
+    )
+    def test_a_table_has_the_unit_that_it_states(self, tmp_path, line, unit):
+        path = tmp_path / "a.csv"
+        path.write_text(f"{line}\nwavelength,p\n400,1\n500,1\n600,1\n")
+        assert unit_of(read_point_spectra(path)) == unit
+        found = compare(path, total_of(), points=PLACES, aperture=Aperture(1, "px"))
+        assert ("a line '# unit: ...' states that of a table" in said(found)) == (not line)
+        assert found.absolute == bool(line)
+
+    def test_a_table_that_is_written_states_its_unit(self, tmp_path):
+        for unit in ("W m-2 sr-1 nm-1", "not stated"):
+            write_point_spectra(
+                PointSpectra(("p",), Bands(GRID), np.ones((1, 7)), unit=unit), tmp_path / "a.csv"
+            )
+            assert read_point_spectra(tmp_path / "a.csv").unit == unit
 
     def test_a_unit_that_is_not_stated_is_said(self):
         assert "taken as the same" in said(compare(total_of(), total_of(unit="not stated")))
