@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import pairs
 
 __all__ = ["compare"]
 
@@ -124,7 +123,7 @@ def compare(
     check_files(outputs, (".json", ".png", ".html"))
     for path in outputs:
         check_not_input(path, a, b, points, scene)
-    limits = limits_of(pairs(fail_above or [], "--fail-above"))
+    limits = limits_of(fail_above or [])
     if observer not in OBSERVERS:
         raise OptionError(
             message("there is no such observer", where="--observer", got=observer, expected="2 or 10")
@@ -145,8 +144,11 @@ def compare(
             component=component,
             adapt=adapt,
         )
-    console.out.print(found.text(), markup=False, highlight=False)
-    exceeded = {name: found.value(name) for name in limits if not found.value(name) <= limits[name]}
+    try:
+        exceeded = {name: found.value(name) for name in limits if not found.value(name) <= limits[name]}
+    except OptionError:
+        console.out.print(found.text(), markup=False, highlight=False)
+        raise
     for path in outputs:
         with console.err.status(f"writing {path}"):
             if path.suffix.lower() == ".json":
@@ -155,6 +157,8 @@ def compare(
                 write_figure(comparison_figure(found), path)
             else:
                 write_report(found, path)
+    console.out.print(found.text(), markup=False, highlight=False)
+    for path in outputs:
         console.out.print(f"wrote {path}", markup=False, highlight=False)
     for name, value in exceeded.items():
         console.err.print(f"{name} is {value:.5g}, above {limits[name]:g}", markup=False, highlight=False)

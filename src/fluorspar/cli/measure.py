@@ -79,6 +79,12 @@ def measure(
             component=component,
             title=str(image),
         )
+    spectra = normalised(measured, normalise)
+    for path in output or []:
+        if path.suffix.lower() == ".csv":
+            write_point_spectra(spectra, path)
+        else:
+            write_figure(spectra_figure(spectra), path)
     absolute = is_radiance(measured.unit)
     illuminances = measured.illuminance() if absolute else {}
     level = "luminance, cd/m2" if absolute else "luminance, relative"
@@ -89,12 +95,7 @@ def measure(
     console.out.print(table)
     for note in measured.notes:
         console.out.print(note, markup=False, highlight=False)
-    spectra = normalised(measured, normalise)
     for path in output or []:
-        if path.suffix.lower() == ".csv":
-            write_point_spectra(spectra, path)
-        else:
-            write_figure(spectra_figure(spectra), path)
         console.out.print(f"wrote {path}", markup=False, highlight=False)
 
 
