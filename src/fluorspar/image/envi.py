@@ -14,7 +14,7 @@ from fluorspar.errors import ApproximationWarning, ImageError, message
 from fluorspar.image.atomic import check_target, temporary_name, undisturbed, write_error
 from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.dataset import add_up, grid_of, make_dataset, names_of
-from fluorspar.image.envi_header import bandwidth, good_bands, header_of, stated_by, wavelengths
+from fluorspar.image.envi_header import bandwidth, check_number, good_bands, header_of, stated_by, wavelengths
 from fluorspar.image.regular import interpolated, regular_spectra
 from fluorspar.image.source import check_source
 
@@ -103,8 +103,8 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     ImageError
-        If a file is missing or truncated, the header is malformed or holds no wavelengths, or it is not an
-        image of real numbers.
+        If a file is missing or truncated, the header is malformed or holds no wavelengths, its scale factor or
+        ignored value is no number, or it is not an image of real numbers.
 
     Warns
     -----
@@ -127,6 +127,8 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
         image = envi.open(str(path), data_file(path))
         _check_kind(image, path)
         header: dict[str, Any] = image.metadata
+        for name in ("reflectance scale factor", "data ignore value"):
+            check_number(header, name, path)
         values = np.array(image.load(dtype=np.float32, scale=True), np.float32, order="C")
     except (
         envi.EnviException,

@@ -289,4 +289,4 @@ def _same_seed(sides: tuple[Side, Side]) -> int | None:
         (side.attrs.get("seed"), side.attrs.get("method")) if isinstance(side, SpectralImage) else None
         for side in sides
     )
-    return int(first[0]) if first == second and first is not None and first[0] is not None else None
+    return first[0] if first == second and first is not None and isinstance(first[0], int) else None

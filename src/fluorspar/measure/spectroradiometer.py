@@ -199,7 +199,8 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
 
     name = str(image.attrs.get("scene", ""))
     if name in BUILTIN:
-        parameters = image.attrs.get("parameters") or {}
+        said = image.attrs.get("parameters")
+        parameters = said if isinstance(said, dict) else {}
         mesh = parameters.get("mesh")
         if mesh is not None and not Path(mesh).is_file():
             raise OptionError(
