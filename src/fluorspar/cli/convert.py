@@ -54,7 +54,7 @@ def convert(
     from fluorspar.image.envi import data_file
     from fluorspar.image.picture import write_png
     from fluorspar.image.spectral_image import SpectralImage
-    from fluorspar.measure.converted import converted
+    from fluorspar.measure.converted import ASSUMED, converted
     from fluorspar.spectral.wavelengths import Wavelengths
 
     check_files([target], (".nc", ".exr", ".hdr", ".png"))
@@ -69,6 +69,10 @@ def convert(
     grid = Wavelengths.parse(wavelengths) if wavelengths else None
     with SpectralImage.open(source) as image, console.err.status(f"writing {target}"):
         result = converted(image, "total" if total else component, grid, bandwidth)
+        if ASSUMED in str(result.attrs.get("converted", "")) and ASSUMED not in str(
+            image.attrs.get("converted", "")
+        ):
+            console.warning(f"{source}: {ASSUMED}")
         if kind == ".png":
             write_png(result, target, white=None if white is None else white_of(white))
         else:

@@ -12,9 +12,13 @@ from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.bands import Bands, band_weights, conversion
+from fluorspar.measure.sides import bands_of
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["converted"]
+__all__ = ["ASSUMED", "converted"]
+
+ASSUMED = "the band shape of the image is not known: samples are assumed"
+"""Said in the attribute `converted` where it matters."""
 
 Values = NDArray[np.float32]
 
@@ -116,10 +120,14 @@ def _conversion(image: SpectralImage, target: Bands) -> tuple[Callable[[Values, 
     if grid.start < own.grid.start - 1e-6 or grid.stop > own.grid.stop + 1e-6:
         band_weights(own.grid.values, grid.values)  # raises, with both ranges
     weights, sentence = conversion(own, target, "wavelengths")
+    assumed = [ASSUMED] if bands_of(image).fwhm is None and target.fwhm else []
     if weights is None:
         return lambda values, absolute: values, []
     plain, positive = weights.T.astype(np.float32), np.abs(weights).T.astype(np.float32)
-    return lambda values, absolute: np.asarray(values @ (positive if absolute else plain)), [sentence]
+    return lambda values, absolute: np.asarray(values @ (positive if absolute else plain)), [
+        sentence,
+        *assumed,
+    ]
 
 
 def _errors(

@@ -16,7 +16,7 @@ from fluorspar.image.atomic import replacing
 from fluorspar.image.units import NOT_STATED, UNITS, same_unit
 from fluorspar.measure.band_errors import errors_on_bands
 from fluorspar.measure.bands import Bands, band_weights
-from fluorspar.measure.spectra_table import TIDY, bandwidth_of, on_even_grid, tidy_spectra
+from fluorspar.measure.spectra_table import TIDY, bandwidth_of, correlated_in, on_even_grid, tidy_spectra
 from fluorspar.measure.tables import read_cells
 from fluorspar.spectral.colour import CIE_1931, luminance
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -255,7 +255,7 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     radiance, error, grid = on_even_grid(radiance, error, wavelengths, path)
     bands = Bands(grid, bandwidth_of(table))
     unit = table.keys.get("unit") or NOT_STATED
-    correlated = table.keys.get("errors", "").startswith("correlated")
+    correlated = correlated_in(table)
     return PointSpectra(names, bands, radiance, error, unit, title=path.name, correlated=correlated)
 
 
