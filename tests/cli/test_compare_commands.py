@@ -268,3 +268,24 @@ def test_an_old_report_survives_a_comparison_that_fails(files: CommandLine) -> N
     report.write_bytes(OLD)
     assert files("compare", "a.nc", "missing.nc", "-o", "r.html").code == 2
     assert report.read_bytes() == OLD
+
+
+def test_names_of_files_may_be_any_bytes(files: CommandLine) -> None:
+    """As those of an old camera's disk: they become text with a sign in place of what is no UTF-8."""
+    table, output = os.fsdecode(b"s-\xe9.csv"), os.fsdecode(b"r-\xe9.html")
+    try:
+        (files.folder / table).write_text("")
+    except OSError:
+        pytest.skip("this file system takes UTF-8 only")
+    places = ("--points", "points.csv", "--aperture", "1px")
+    done = files("measure", "a.nc", "points.csv", "--aperture", "1px", "-o", table)
+    assert (done.code, done.err) == (0, "")
+    done = files("compare", table, "a.nc", *places, "-o", output, "-o", "r.json", "-o", "r.png")
+    assert (done.code, done.err) == (0, "")
+    assert json.loads((files.folder / "r.json").read_text(encoding="utf-8"))["a"] == "s-\ufffd.csv"
+    assert "s-\ufffd.csv" in (files.folder / output).read_text(encoding="utf-8")
+    again = os.fsdecode(b"i-\xe9.hdr")
+    assert files("convert", "a.nc", again).code == 0
+    done = files("measure", again, "points.csv", "--aperture", "1px", "-o", "t.csv")
+    assert done.code == 0, done
+    assert "i-\ufffd.hdr" in (files.folder / "t.csv").read_text(encoding="utf-8")

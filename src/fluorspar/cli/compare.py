@@ -113,6 +113,7 @@ def compare(
     from fluorspar.cli.measuring import aperture_of, check_files, limits_of, scene_named
     from fluorspar.errors import OptionError, message
     from fluorspar.image.atomic import check_not_input
+    from fluorspar.image.source import text_of
     from fluorspar.measure.compare import compare as compare_spectra
     from fluorspar.measure.figures import comparison_figure, write_figure
     from fluorspar.measure.points import read_points
@@ -150,7 +151,7 @@ def compare(
         console.out.print(found.text(), markup=False, highlight=False)
         raise
     for path in outputs:
-        with console.err.status(f"writing {path}"):
+        with console.err.status(f"writing {text_of(path)}"):
             if path.suffix.lower() == ".json":
                 found.save_json(path)
             elif path.suffix.lower() == ".png":
@@ -159,7 +160,7 @@ def compare(
                 write_report(found, path)
     console.out.print(found.text(), markup=False, highlight=False)
     for path in outputs:
-        console.out.print(f"wrote {path}", markup=False, highlight=False)
+        console.out.print(f"wrote {text_of(path)}", markup=False, highlight=False)
     for name, value in exceeded.items():
         console.err.print(f"{name} is {value:.5g}, above {limits[name]:g}", markup=False, highlight=False)
     if exceeded:

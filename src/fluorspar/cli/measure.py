@@ -57,6 +57,7 @@ def measure(
 
     from fluorspar.cli.measuring import aperture_of, check_files, scene_named
     from fluorspar.image.atomic import check_not_input
+    from fluorspar.image.source import text_of
     from fluorspar.image.spectral_image import SpectralImage
     from fluorspar.measure.figures import spectra_figure, write_figure
     from fluorspar.measure.point_spectra import write_point_spectra
@@ -77,7 +78,7 @@ def measure(
             aperture=aperture_of(aperture),
             bandwidth=bandwidth,
             component=component,
-            title=str(image),
+            title=text_of(image),
         )
     spectra = normalised(measured, normalise)
     for path in output or []:
@@ -96,7 +97,7 @@ def measure(
     for note in measured.notes:
         console.out.print(note, markup=False, highlight=False)
     for path in output or []:
-        console.out.print(f"wrote {path}", markup=False, highlight=False)
+        console.out.print(f"wrote {text_of(path)}", markup=False, highlight=False)
 
 
 measure.__doc__ = f"{measure.__doc__}\n\n{_EXAMPLES}"

@@ -16,7 +16,7 @@ from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.dataset import add_up, grid_of, make_dataset, names_of
 from fluorspar.image.envi_header import bandwidth, check_number, good_bands, header_of, stated_by, wavelengths
 from fluorspar.image.regular import interpolated, regular_spectra
-from fluorspar.image.source import check_source
+from fluorspar.image.source import check_source, text_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -159,7 +159,7 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
         values, at = _mended(values, at, good, path)
     values, grid = regular_spectra(values, at, path)
     attrs = {
-        "source_file": path.name,
+        "source_file": text_of(path.name),
         "description": str(header.get("description", "")),
         **({"components": str(header["components"])} if "components" in header else {}),
         **stated_by(header),

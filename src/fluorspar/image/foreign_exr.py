@@ -19,6 +19,7 @@ from fluorspar.image.components import TOTAL
 from fluorspar.image.dataset import make_dataset
 from fluorspar.image.exr_units import stated_by
 from fluorspar.image.regular import regular_spectra
+from fluorspar.image.source import text_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,7 +128,7 @@ def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
         text = f"{path} holds reflectance, and is kept as such: pictures show it in light that is even over the bands"
         warnings.warn(text, ApproximationWarning, stacklevel=3)
     values, grid = regular_spectra(values, np.array(sorted(named)), path)
-    attrs = {"source_file": path.name} | stated_by(part.header, kind)
+    attrs = {"source_file": text_of(path.name)} | stated_by(part.header, kind)
     return make_dataset(values[np.newaxis], grid, attrs=attrs, components=(TOTAL,))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, SpectrumError, message
+from fluorspar.image.source import text_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
 from fluorspar.measure.bands import Bands, assumed_bands, common_bands, conversion
@@ -197,7 +198,7 @@ def _opened(source: Source, until: ExitStack) -> Side:
 
 def _title(side: Side, source: Source) -> str:
     if isinstance(source, str | os.PathLike):
-        return os.fspath(source)
+        return text_of(source)
     return side.title if isinstance(side, PointSpectra) else str(side.attrs.get("scene", "an image"))
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.atomic import replacing
+from fluorspar.image.source import text_of
 from fluorspar.image.units import NOT_STATED, UNITS, same_unit
 from fluorspar.measure.band_errors import errors_on_bands
 from fluorspar.measure.bands import Bands, band_weights
@@ -256,7 +257,7 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     bands = Bands(grid, bandwidth_of(table))
     unit = table.keys.get("unit") or NOT_STATED
     correlated = correlated_in(table)
-    return PointSpectra(names, bands, radiance, error, unit, title=path.name, correlated=correlated)
+    return PointSpectra(names, bands, radiance, error, unit, title=text_of(path.name), correlated=correlated)
 
 
 def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> None:
