@@ -236,6 +236,12 @@ class TestConvert:
             np.testing.assert_allclose(read.total(), image().total()[..., 1:14:2], rtol=1e-6)
             assert "every sample that is needed" in read.attrs["converted"]
 
+    def test_what_a_bandwidth_assumes_of_unknown_bands_is_said(self, files: CommandLine) -> None:
+        done = files("convert", "a.nc", "c.nc", "--bandwidth", "40")
+        assert done.code == 0
+        assert done.says("a.nc: the band shape of the image is not known: samples are assumed")
+        assert files("convert", "c.nc", "d.nc", "--bandwidth", "50").err == ""
+
     def test_a_picture_has_the_srgb_profile(self, files: CommandLine) -> None:
         assert files("convert", "a.nc", "c.png").code == 0
         with Image.open("c.png") as picture:
