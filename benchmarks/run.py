@@ -1,6 +1,6 @@
 """Where Fluorspar stands against stock Mitsuba: ratios from one run, measured in pairs.
 
-    python benchmarks/run.py                # all tables, about 14 minutes on 2 cores
+    python benchmarks/run.py                # all tables, about 16 minutes on 2 cores
     python benchmarks/run.py stock bands    # some of them
 
 Every time is the median of pairs that follow each other, so that a change in the machine's speed cancels.
@@ -10,6 +10,7 @@ Compilation is excluded by a warm-up of both sides. An idle machine is needed.
 from __future__ import annotations
 
 import argparse
+import os
 import resource
 import statistics
 import subprocess
@@ -173,12 +174,39 @@ def cold_start() -> str:
     return f"{statistics.median(times[1:]):.2f} s"
 
 
+def measured(*arguments: str) -> tuple[float, float]:
+    """Seconds and peak resident memory in GiB of one command, from a cold shell."""
+    began = time.perf_counter()
+    process = subprocess.Popen(command(*arguments), stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, arguments)
+    return time.perf_counter() - began, usage.ru_maxrss / 2**20
+
+
+def comparison(size: int) -> str:
+    """Two images of all components compared pixel by pixel, as they are and with one as triangular bands."""
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        names = [str(Path(folder, f"{seed}.nc")) for seed in range(2)]
+        for seed, name in enumerate(names):
+            few = ("--spp", "2", "--seed", str(seed))  # the fewest that have standard errors
+            measured("render", SCENE, "--size", f"{size}x{size}", *few, "-o", name)
+        for label, options in (("plain", ()), ("--bandwidth-b 10", ("--bandwidth-b", "10"))):
+            runs = [measured("compare", *names, *options) for _ in range(3)]
+            seconds, memory = statistics.median(run[0] for run in runs), max(run[1] for run in runs)
+            found.append(f"{label} {seconds:.1f} s, {memory:.2f} GiB")
+    return "; ".join(found)
+
+
 TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "stock": ("7 components x 69 bands + error / stock 1 band, 64 spp", lambda: against_stock(512, 64, 5)),
     "stock-1024": ("the same at 1024 spp", lambda: against_stock(256, 1024, 3)),
     "bands": ("97 bands / 9 bands", lambda: against_few_bands(5)),
     "fluorophores": ("2, 3, 4 fluorophores a surface / 1", lambda: fluorophores(512, 64, 5)),
     "memory": ("peak memory, 1024 x 1024 x 69, 256 spp, to .nc", memory),
+    "compare": ("compare two images, 1024 x 1024 x 69, 7 components", lambda: comparison(1024)),
     "cold": ("64 x 64, 16 spp from a cold shell", cold_start),
 }
 

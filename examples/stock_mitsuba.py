@@ -47,19 +47,28 @@ def main() -> None:
     )
     parser.add_argument("output")
     parser.add_argument("--size", type=int, default=128)
-    parser.add_argument("--spp", type=int, default=4096)
+    parser.add_argument("--spp", type=int, default=4096, help=f"in {SEEDS} equal parts")
     given = parser.parse_args()
+    if given.spp < SEEDS:
+        parser.error(
+            f"--spp {given.spp}: at least {SEEDS}, one for each of the renders that give the standard error"
+        )
     mi.set_variant("llvm_ad_spectral")
     fluorspar.register_plugins()
     scene = load(given.size)
-    renders = np.stack(
-        [np.array(mi.render(scene, spp=given.spp // SEEDS, seed=seed)) for seed in range(SEEDS)]
-    )
+    each = given.spp // SEEDS
+    renders = np.stack([np.array(mi.render(scene, spp=each, seed=seed)) for seed in range(SEEDS)])
     image = fluorspar.SpectralImage.from_arrays(
         renders.mean(axis=0)[np.newaxis],
         WAVELENGTHS,
         renders.std(axis=0, ddof=1) / np.sqrt(SEEDS),
-        {"scene": "cornell-classic", "method": f"Mitsuba {mi.__version__}, path, specfilm", "spp": given.spp},
+        {
+            "scene": "cornell-classic",
+            "method": f"Mitsuba {mi.__version__}, path, specfilm",
+            "spp": each * SEEDS,
+            "repeats": SEEDS,
+            "bandwidth_nm": WAVELENGTHS.step,
+        },
         components=("total",),
     )
     image.save(given.output)

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import OLD, CommandLine
 from PIL import Image, ImageCms
 
-from fluorspar import SpectralImage, Wavelengths
+from fluorspar import SpectralImage, Wavelengths, errors
 from fluorspar.measure.point_spectra import read_point_spectra
 
 GRID = Wavelengths(400, 700, 20)
@@ -121,6 +125,41 @@ class TestCompare:
         assert done.says("rmse is", "above 0.05")
         assert (files.folder / "r.json").exists()
 
+    @pytest.mark.parametrize(("limit", "code"), [("10", 0), ("0.05", 1)])
+    def test_a_reader_that_goes_away_loses_no_file_and_no_exit_code(
+        self, files: CommandLine, limit: str, code: int
+    ) -> None:
+        command = [
+            sys.executable,
+            "-c",
+            "from fluorspar.cli.main import main; main()",
+            "compare",
+            "a.nc",
+            "b.exr",
+        ]
+        reading, writing = os.pipe()
+        os.close(reading)
+        done = subprocess.run(
+            [*command, "--fail-above", f"rmse={limit}", "-o", "r.json", "-o", "r.html"],
+            env=os.environ | {"PYTHONPATH": str(Path(errors.__file__).parents[1])},
+            stdout=writing,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+        os.close(writing)
+        assert done.returncode == code
+        assert b"Traceback" not in done.stderr
+        assert b"Exception" not in done.stderr
+        assert (files.folder / "r.json").exists()
+        assert (files.folder / "r.html").exists()
+
+    def test_what_was_done_is_said_on_the_terminal(self, files: CommandLine) -> None:
+        image(grid=Wavelengths(420, 660, 40)).save("coarse.nc")
+        arguments = ("--points", "points.csv", "--aperture", "1px", "--match", "left")
+        out = files("compare", "a.nc", "coarse.nc", *arguments).out
+        for said in ("brought to", "samples are assumed", "Scale: each side", "White of CIELAB"):
+            assert said in out
+
     def test_a_table_and_an_image(self, files: CommandLine) -> None:
         assert files("measure", "a.nc", "points.csv", "--aperture", "1px", "-o", "s.csv").code == 0
         arguments = ("--points", "points.csv", "--aperture", "1px", "--fail-above", "rmse=1e-6")
@@ -143,6 +182,10 @@ class TestCompare:
             (("a.nc", "milliwatt.nc"), "different units"),
             (("a.nc", "a.nc", "--fail-above", "rsme=1"), "there is no such number"),
             (("a.nc", "a.nc", "--fail-above", "rmse=low"), "a limit is not a number"),
+            (("a.nc", "a.nc", "--fail-above", "rmse=-1"), "a limit is impossible"),
+            (("a.nc", "a.nc", "--fail-above", "rmse=inf"), "a limit is impossible"),
+            (("a.nc", "a.nc", "--fail-above", "rmse=nan"), "a limit is impossible"),
+            (("a.nc", "a.nc", "--fail-above", "rmse=1", "--fail-above", "rmse=2"), "a number has two limits"),
             (("a.nc", "a.nc", "--observer", "5"), "there is no such observer"),
             (("a.nc", "a.nc", "-o", "r.pdf"), "this kind of file cannot be written"),
             (("a.nc", "a.nc", "-o", "none/r.json"), "the directory to write to does not exist"),
@@ -193,6 +236,12 @@ class TestConvert:
             np.testing.assert_allclose(read.total(), image().total()[..., 1:14:2], rtol=1e-6)
             assert "every sample that is needed" in read.attrs["converted"]
 
+    def test_what_a_bandwidth_assumes_of_unknown_bands_is_said(self, files: CommandLine) -> None:
+        done = files("convert", "a.nc", "c.nc", "--bandwidth", "40")
+        assert done.code == 0
+        assert done.says("a.nc: the band shape of the image is not known: samples are assumed")
+        assert files("convert", "c.nc", "d.nc", "--bandwidth", "50").err == ""
+
     def test_a_picture_has_the_srgb_profile(self, files: CommandLine) -> None:
         assert files("convert", "a.nc", "c.png").code == 0
         with Image.open("c.png") as picture:
@@ -225,3 +274,24 @@ def test_an_old_report_survives_a_comparison_that_fails(files: CommandLine) -> N
     report.write_bytes(OLD)
     assert files("compare", "a.nc", "missing.nc", "-o", "r.html").code == 2
     assert report.read_bytes() == OLD
+
+
+def test_names_of_files_may_be_any_bytes(files: CommandLine) -> None:
+    """As those of an old camera's disk: they become text with a sign in place of what is no UTF-8."""
+    table, output = os.fsdecode(b"s-\xe9.csv"), os.fsdecode(b"r-\xe9.html")
+    try:
+        (files.folder / table).write_text("")
+    except OSError:
+        pytest.skip("this file system takes UTF-8 only")
+    places = ("--points", "points.csv", "--aperture", "1px")
+    done = files("measure", "a.nc", "points.csv", "--aperture", "1px", "-o", table)
+    assert (done.code, done.err) == (0, "")
+    done = files("compare", table, "a.nc", *places, "-o", output, "-o", "r.json", "-o", "r.png")
+    assert (done.code, done.err) == (0, "")
+    assert json.loads((files.folder / "r.json").read_text(encoding="utf-8"))["a"] == "s-\ufffd.csv"
+    assert "s-\ufffd.csv" in (files.folder / output).read_text(encoding="utf-8")
+    again = os.fsdecode(b"i-\xe9.hdr")
+    assert files("convert", "a.nc", again).code == 0
+    done = files("measure", again, "points.csv", "--aperture", "1px", "-o", "t.csv")
+    assert done.code == 0, done
+    assert "i-\ufffd.hdr" in (files.folder / "t.csv").read_text(encoding="utf-8")

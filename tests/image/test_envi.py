@@ -118,6 +118,21 @@ class TestOthers:
         assert np.isnan(total[1, 2]).all()
         np.testing.assert_allclose(total[0], cube[0] / 1000, rtol=1e-6)
 
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            ("data ignore value", "none"),
+            ("reflectance scale factor", 0),
+            ("reflectance scale factor", "nan"),
+        ],
+    )
+    def test_numbers_that_are_none(self, tmp_path, name, value):
+        write(tmp_path / "a.hdr")
+        with (tmp_path / "a.hdr").open("a") as header:
+            header.write(f"{name} = {value}\n")
+        with pytest.raises(ImageError, match=f"(?s){name}.*{value}"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
     def test_uneven_wavelengths_are_interpolated_and_said(self, tmp_path):
         write(tmp_path / "a.hdr", wavelength=[400, 405, 440, 460, 480, 500])
         with pytest.warns(ApproximationWarning, match="not evenly spaced"):

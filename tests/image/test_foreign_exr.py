@@ -106,7 +106,7 @@ class TestOtherWriters:
             tmp_path / "a.exr",
             {f"T.{at}nm": np.full((2, 2), at / 1000, np.float32) for at in (400, 500, 600)},
         )
-        with pytest.warns(ApproximationWarning, match="reflectance"):
+        with pytest.warns(ApproximationWarning, match="holds reflectance, and is kept as such"):
             image = SpectralImage.open(tmp_path / "a.exr")
         assert image.attrs["quantity"] == "reflectance"
 

@@ -122,3 +122,21 @@ def test_a_directory_is_called_one(tmp_path):
         path.mkdir()
         with pytest.raises(ImageError, match=r"is a directory"):
             SpectralImage.open(path)
+
+
+class TestAttributes:
+    @pytest.mark.parametrize("width", [8, "8", np.array([8.0])])
+    def test_a_bandwidth_is_a_number(self, tmp_path, width):
+        write(tmp_path / "a.nc")
+        with h5py.File(tmp_path / "a.nc", "a") as file:
+            file.attrs["bandwidth_nm"] = width
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            assert image.attrs["bandwidth_nm"] == 8.0
+
+    @pytest.mark.parametrize("width", ["10 nm", -1.0, np.nan, np.array([8.0, 9.0])])
+    def test_another_one_is_refused(self, tmp_path, width):
+        write(tmp_path / "a.nc")
+        with h5py.File(tmp_path / "a.nc", "a") as file:
+            file.attrs["bandwidth_nm"] = width
+        with pytest.raises(ImageError, match=r"(?s)bandwidth of the image is not readable.*bandwidth_nm"):
+            SpectralImage.open(tmp_path / "a.nc")

@@ -8,7 +8,7 @@ import pytest
 from fluorspar.errors import OptionError
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.bands import band_weights
-from fluorspar.measure.converted import converted
+from fluorspar.measure.converted import ASSUMED, converted
 from fluorspar.spectral.wavelengths import Wavelengths
 
 GRID = Wavelengths(400, 700, 10)
@@ -37,6 +37,12 @@ class TestBandwidth:
         converted(line(), bandwidth=30).save(tmp_path / f"a{suffix}")
         with SpectralImage.open(tmp_path / f"a{suffix}") as image:
             assert image.attrs["bandwidth_nm"] == 30.0
+
+    @pytest.mark.parametrize(("attrs", "assumed"), [({}, True), ({"method": "paths"}, False)])
+    def test_of_an_image_of_unknown_bands_is_said_to_be_assumed(self, attrs, assumed):
+        image = SpectralImage.from_arrays(np.ones((7, 2, 2, 69)), Wavelengths(), attrs=attrs)
+        assert (ASSUMED in converted(image, bandwidth=10.0).attrs["converted"]) == assumed
+        assert "converted" not in converted(image).attrs
 
     def test_applies_to_the_image_s_own_wavelengths(self):
         seen = converted(line(), bandwidth=30).total().values[0, 0]

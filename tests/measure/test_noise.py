@@ -232,6 +232,10 @@ class TestCorrelatedNoise:
         with pytest.raises(OptionError, match=r"(?s)noise_z is not known.*same seed 0"):
             found.value("noise_z")
 
+    def test_a_seed_that_is_no_number_is_none(self):
+        a, b = noisy(1, seed="abc", method="another"), noisy(2, seed="abc", method="another")
+        assert compare(a, b).images.noise.differs is False
+
     def test_it_is_the_seed_and_the_method_together(self):
         a, b = noisy(1, seed=0, method="paths"), noisy(2, seed=0, method="staged")
         assert compare(a, b).images.noise.differs is False

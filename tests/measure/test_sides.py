@@ -7,12 +7,13 @@ import pytest
 import trimesh
 
 from fluorspar.errors import ImageError, OptionError, SpectrumError
-from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE, TOTAL
+from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE, TOTAL, select
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
 from fluorspar.measure.bands import Bands
 from fluorspar.measure.compare import compare
-from fluorspar.measure.point_spectra import PointSpectra
+from fluorspar.measure.converted import converted
+from fluorspar.measure.point_spectra import PointSpectra, read_point_spectra, write_point_spectra
 from fluorspar.measure.points import Point
 from fluorspar.measure.sides import bands_of
 from fluorspar.measure.spectroradiometer import measure, scene_of
@@ -66,6 +67,33 @@ class TestComponents:
             assert found.images.mean_a[0] == len(components)
             assert "single_bounce" not in said(found)
 
+    @pytest.mark.parametrize("suffix", [".nc", ".exr", ".hdr"])
+    @pytest.mark.parametrize("component", ["total", "single_bounce", "luminescent"])
+    def test_a_sum_says_what_it_holds_in_every_format(self, tmp_path, suffix, component):
+        whole = converted(image_of(COMPONENTS), component)
+        whole.save(tmp_path / f"a{suffix}")
+        with SpectralImage.open(tmp_path / f"a{suffix}") as read:
+            assert read.attrs["components"] == " + ".join(select(component))
+            assert "only" not in said(compare(image_of(COMPONENTS), read, component=component))
+
+    def test_a_total_that_holds_reexcitation_against_one_without(self, tmp_path):
+        """Its reexcitation cannot be taken out again, so the report must say that it is in the difference."""
+        image_of(COMPONENTS).save(tmp_path / "a.hdr")
+        with SpectralImage.open(tmp_path / "a.hdr") as whole:
+            found = compare(whole, image_of(SINGLE_BOUNCE, single_bounce=1))
+        assert found.value("bias") == pytest.approx(1 / 7)
+        assert "only A holds reexcitation, which is part of the difference" in said(found)
+
+    def test_a_sum_without_reexcitation_against_all(self):
+        found = compare(converted(image_of(COMPONENTS), "single_bounce"), image_of(COMPONENTS))
+        assert found.value("rmse") == 0
+        assert "since A does not hold it" in said(found)
+
+    def test_an_image_that_does_not_say_is_said(self):
+        found = compare(image_of(COMPONENTS), total_of(7.0))
+        assert "B is not split and does not say what light it holds: taken as that of A" in said(found)
+        assert "Components" not in said(compare(total_of(), total_of()))
+
     def test_errors_of_a_component_are_used(self):
         image = image_of(COMPONENTS, error=True)
         spectra = measure(image, PLACES, aperture=Aperture(1, "px"), component="direct_luminescence")
@@ -84,13 +112,15 @@ class TestComponents:
 
 class TestUnits:
     @pytest.mark.parametrize(
-        "unit", ["W m-2 sr-1 nm-1", "W.m^-2.sr^-1.nm^-1", "W.m^-2.sr^-1", "W/(m2 sr nm)", "W m⁻² sr⁻¹ nm⁻¹"]
+        "unit", ["W m-2 sr-1 nm-1", "W.m^-2.sr^-1.nm^-1", "W/(m2 sr nm)", "W m⁻² sr⁻¹ nm⁻¹"]
     )
     def test_spellings_of_radiance(self, unit):
         assert is_radiance(unit)
         assert unit_of(total_of(unit=unit)) == "W m-2 sr-1 nm-1"
 
-    @pytest.mark.parametrize("unit", ["mW.cm^-2.sr^-1", "1", "not stated", "W m-2 nm-1", "W W-1"])
+    @pytest.mark.parametrize(
+        "unit", ["mW.cm^-2.sr^-1", "W.m^-2.sr^-1", "W m-2 sr-1", "1", "not stated", "W m-2 nm-1", "W W-1"]
+    )
     def test_what_is_no_radiance(self, unit):
         assert not is_radiance(unit)
 
@@ -107,6 +137,29 @@ class TestUnits:
         table = PointSpectra(("p",), Bands(GRID), np.ones((1, 7)), unit="counts")
         with pytest.raises(OptionError, match="different units"):
             compare(table, total_of(), points=PLACES, aperture=Aperture(1, "px"))
+
+    def test_radiance_of_a_whole_band_is_not_per_nm(self):
+        """In an EXR file it is spelt like that; elsewhere it is what it says."""
+        with pytest.raises(OptionError, match="different units"):
+            compare(total_of(), total_of(unit="W m-2 sr-1"))
+
+    @pytest.mark.parametrize(
+        ("line", "unit"), [("", "not stated"), ("# unit: W m-2 sr-1 nm-1", "W m-2 sr-1 nm-1")]
+    )
+    def test_a_table_has_the_unit_that_it_states(self, tmp_path, line, unit):
+        path = tmp_path / "a.csv"
+        path.write_text(f"{line}\nwavelength,p\n400,1\n500,1\n600,1\n")
+        assert unit_of(read_point_spectra(path)) == unit
+        found = compare(path, total_of(), points=PLACES, aperture=Aperture(1, "px"))
+        assert ("a line '# unit: ...' states that of a table" in said(found)) == (not line)
+        assert found.absolute == bool(line)
+
+    def test_a_table_that_is_written_states_its_unit(self, tmp_path):
+        for unit in ("W m-2 sr-1 nm-1", "not stated"):
+            write_point_spectra(
+                PointSpectra(("p",), Bands(GRID), np.ones((1, 7)), unit=unit), tmp_path / "a.csv"
+            )
+            assert read_point_spectra(tmp_path / "a.csv").unit == unit
 
     def test_a_unit_that_is_not_stated_is_said(self):
         assert "taken as the same" in said(compare(total_of(), total_of(unit="not stated")))

@@ -58,6 +58,23 @@ class TestErrors:
         ):
             read(f"{HEAD}7,400,1,0.1\n7,410,1,{error}\n")
 
+    @pytest.mark.parametrize(
+        ("line", "correlated"),
+        [
+            ("# errors: Correlated", True),
+            ("# errors: correlated, as in a render", True),
+            ("# errors: INDEPENDENT", False),
+            ("", False),
+        ],
+    )
+    def test_correlated_or_independent(self, read, line, correlated):
+        assert read(f"{line}\n{HEAD}7,400,1,0.1\n7,410,1,0.1\n").correlated is correlated
+
+    @pytest.mark.parametrize("word", ["uncorrelated", "yes", ""])
+    def test_another_word_is_refused(self, read, word):
+        with pytest.raises(SpectrumError, match=r"(?s)not known.*errors: correlated"):
+            read(f"# errors: {word}\n{HEAD}7,400,1,0.1\n7,410,1,0.1\n")
+
     def test_those_that_are_not_known_are_not_written(self, tmp_path):
         ones = np.ones((1, 2))
         spectra = PointSpectra(("1",), Bands(Wavelengths(400, 410, 10)), ones, np.nan * ones)

@@ -96,7 +96,7 @@ class TestAperture:
         with pytest.warns(ApproximationWarning, match="point 1 reaches beyond"):
             measure(image, (Point("1", (0, 7)),), aperture=Aperture(5, "px"))
 
-    @pytest.mark.parametrize("text", ["3", "px", "-1px", "0deg", "wide"])
+    @pytest.mark.parametrize("text", ["3", "px", "-1px", "0deg", "180deg", "nanpx", "infpx", "wide"])
     def test_unreadable(self, text):
         with pytest.raises(OptionError, match="aperture"):
             Aperture.parse(text)
@@ -247,6 +247,7 @@ class TestFiles:
         [
             ("point,wavelength,radiance,colour\n1,400,1,red\n", "unknown: colour"),
             ("point,wavelength\n1,400\n", "missing: radiance"),
+            ("point,wavelength,radiance,radiance\n1,400,1,2\n1,410,1,2\n", "twice: radiance"),
             ("a,b\n1,2\n", "not a table of spectra"),
             ("point,wavelength,radiance\n1,400,x\n1,410,2\n", "not a number"),
             ("point,wavelength,radiance\n1,400,1\n1,410,2\n2,400,1\n", "does not have the wavelengths"),
@@ -269,6 +270,7 @@ class TestFiles:
             ("point,x,y\n1,2,3\n1,2,4\n", "twice"),
             ("point,x,y,white\n1,2,3,85\n", "white is impossible"),
             ("point,x,y\n1,2\n", "wrong number of cells"),
+            ("point,x,y\n,2,3\n", "a point has no name"),
         ],
     )
     def test_malformed_points(self, tmp_path, text, fault):

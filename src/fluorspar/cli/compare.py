@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import pairs
 
 __all__ = ["compare"]
 
@@ -114,6 +113,7 @@ def compare(
     from fluorspar.cli.measuring import aperture_of, check_files, limits_of, scene_named
     from fluorspar.errors import OptionError, message
     from fluorspar.image.atomic import check_not_input
+    from fluorspar.image.source import text_of
     from fluorspar.measure.compare import compare as compare_spectra
     from fluorspar.measure.figures import comparison_figure, write_figure
     from fluorspar.measure.points import read_points
@@ -124,7 +124,7 @@ def compare(
     check_files(outputs, (".json", ".png", ".html"))
     for path in outputs:
         check_not_input(path, a, b, points, scene)
-    limits = limits_of(pairs(fail_above or [], "--fail-above"))
+    limits = limits_of(fail_above or [])
     if observer not in OBSERVERS:
         raise OptionError(
             message("there is no such observer", where="--observer", got=observer, expected="2 or 10")
@@ -145,17 +145,22 @@ def compare(
             component=component,
             adapt=adapt,
         )
-    console.out.print(found.text(), markup=False, highlight=False)
-    exceeded = {name: found.value(name) for name in limits if not found.value(name) <= limits[name]}
+    try:
+        exceeded = {name: found.value(name) for name in limits if not found.value(name) <= limits[name]}
+    except OptionError:
+        console.out.print(found.text(), markup=False, highlight=False)
+        raise
     for path in outputs:
-        with console.err.status(f"writing {path}"):
+        with console.err.status(f"writing {text_of(path)}"):
             if path.suffix.lower() == ".json":
                 found.save_json(path)
             elif path.suffix.lower() == ".png":
                 write_figure(comparison_figure(found), path)
             else:
                 write_report(found, path)
-        console.out.print(f"wrote {path}", markup=False, highlight=False)
+    console.out.print(found.text(), markup=False, highlight=False)
+    for path in outputs:
+        console.out.print(f"wrote {text_of(path)}", markup=False, highlight=False)
     for name, value in exceeded.items():
         console.err.print(f"{name} is {value:.5g}, above {limits[name]:g}", markup=False, highlight=False)
     if exceeded:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -19,7 +22,23 @@ from fluorspar.progress import Progress as ProgressCallback
 
 __all__ = ["error", "out", "progress_bar", "warning"]
 
-out = Console(soft_wrap=True)
+
+class _Output(Console):
+    """Standard output that falls silent when nobody reads on: files and exit codes are what they would be."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        try:
+            super().print(*objects, **options)
+        except BrokenPipeError:
+            self.on_broken_pipe()
+
+    def on_broken_pipe(self) -> None:
+        self.quiet = True
+        with open(os.devnull, "w") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # what is left in its buffer goes there at the end
+
+
+out = _Output(soft_wrap=True)
 err = Console(stderr=True, soft_wrap=True)
 
 

@@ -53,8 +53,9 @@ def convert(
     from fluorspar.image.atomic import check_not_input
     from fluorspar.image.envi import data_file
     from fluorspar.image.picture import write_png
+    from fluorspar.image.source import text_of
     from fluorspar.image.spectral_image import SpectralImage
-    from fluorspar.measure.converted import converted
+    from fluorspar.measure.converted import ASSUMED, converted
     from fluorspar.spectral.wavelengths import Wavelengths
 
     check_files([target], (".nc", ".exr", ".hdr", ".png"))
@@ -67,15 +68,19 @@ def convert(
     for written in (target, target.with_suffix(".img")) if kind == ".hdr" else (target,):
         check_not_input(written, *sources, fault="an image cannot be converted onto itself")
     grid = Wavelengths.parse(wavelengths) if wavelengths else None
-    with SpectralImage.open(source) as image, console.err.status(f"writing {target}"):
+    with SpectralImage.open(source) as image, console.err.status(f"writing {text_of(target)}"):
         result = converted(image, "total" if total else component, grid, bandwidth)
+        if ASSUMED in str(result.attrs.get("converted", "")) and ASSUMED not in str(
+            image.attrs.get("converted", "")
+        ):
+            console.warning(f"{text_of(source)}: {ASSUMED}")
         if kind == ".png":
             write_png(result, target, white=None if white is None else white_of(white))
         else:
             result.save(target)
         if kind == ".hdr" and len(result.components) > 1:
             console.warning("an ENVI file holds one quantity: the total was written (see --component)")
-    console.out.print(f"wrote {target}", markup=False, highlight=False)
+    console.out.print(f"wrote {text_of(target)}", markup=False, highlight=False)
 
 
 convert.__doc__ = f"{convert.__doc__}\n\n{_EXAMPLES}"

@@ -57,6 +57,7 @@ def measure(
 
     from fluorspar.cli.measuring import aperture_of, check_files, scene_named
     from fluorspar.image.atomic import check_not_input
+    from fluorspar.image.source import text_of
     from fluorspar.image.spectral_image import SpectralImage
     from fluorspar.measure.figures import spectra_figure, write_figure
     from fluorspar.measure.point_spectra import write_point_spectra
@@ -77,8 +78,14 @@ def measure(
             aperture=aperture_of(aperture),
             bandwidth=bandwidth,
             component=component,
-            title=str(image),
+            title=text_of(image),
         )
+    spectra = normalised(measured, normalise)
+    for path in output or []:
+        if path.suffix.lower() == ".csv":
+            write_point_spectra(spectra, path)
+        else:
+            write_figure(spectra_figure(spectra), path)
     absolute = is_radiance(measured.unit)
     illuminances = measured.illuminance() if absolute else {}
     level = "luminance, cd/m2" if absolute else "luminance, relative"
@@ -89,13 +96,8 @@ def measure(
     console.out.print(table)
     for note in measured.notes:
         console.out.print(note, markup=False, highlight=False)
-    spectra = normalised(measured, normalise)
     for path in output or []:
-        if path.suffix.lower() == ".csv":
-            write_point_spectra(spectra, path)
-        else:
-            write_figure(spectra_figure(spectra), path)
-        console.out.print(f"wrote {path}", markup=False, highlight=False)
+        console.out.print(f"wrote {text_of(path)}", markup=False, highlight=False)
 
 
 measure.__doc__ = f"{measure.__doc__}\n\n{_EXAMPLES}"

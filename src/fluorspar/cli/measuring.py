@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -45,33 +46,41 @@ def check_files(paths: Sequence[Path], suffixes: tuple[str, ...]) -> None:
         )
 
 
-def limits_of(texts: Mapping[str, str]) -> dict[str, float]:
+def limits_of(texts: Sequence[str]) -> dict[str, float]:
     """Read the limits of `--fail-above`.
 
     Raises
     ------
     OptionError
-        If a number is not known or its limit is not a number.
+        If a number is not known or named twice, or its limit is not a number of 0 or more.
 
     Examples
     --------
-    >>> limits_of({"rmse": "0.05"})
+    >>> limits_of(["rmse=0.05"])
     {'rmse': 0.05}
     """
     from fluorspar.measure.comparison import LIMITS
 
-    limits = {}
-    for name, text in texts.items():
+    option = "--fail-above"
+    limits: dict[str, float] = {}
+    for name, text in (pair for each in texts for pair in pairs([each], option).items()):
         if name not in LIMITS:
             raise OptionError(
-                message("there is no such number", where="--fail-above", got=name, expected=", ".join(LIMITS))
+                message("there is no such number", where=option, got=name, expected=", ".join(LIMITS))
+            )
+        if name in limits:
+            raise OptionError(
+                message("a number has two limits", where=f"{option} {name}", fix="give it once")
             )
         try:
             limits[name] = float(text)
         except ValueError as err:
+            raise OptionError(message("a limit is not a number", where=f"{option} {name}", got=text)) from err
+        if not 0 <= limits[name] < math.inf:
+            expected = "a finite number of 0 or more: no number of a comparison is negative"
             raise OptionError(
-                message("a limit is not a number", where=f"--fail-above {name}", got=text)
-            ) from err
+                message("a limit is impossible", where=f"{option} {name}", got=text, expected=expected)
+            )
     return limits
 
 

@@ -6,7 +6,7 @@ reflected and D_L the luminescent radiance factor, E the illumination (irradianc
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from fluorspar.errors import OptionError, message
@@ -21,7 +21,9 @@ __all__ = [
     "TOTAL",
     "Component",
     "definition",
+    "named_in",
     "select",
+    "sum_of",
 ]
 
 
@@ -78,6 +80,8 @@ SINGLE_BOUNCE: tuple[str, ...] = COMPONENTS[:6]
 
 TOTAL = "total"
 """The one component of an image that is not split, such as that of another program."""
+
+_PLUS = " + "
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "total": COMPONENTS,
@@ -160,6 +164,32 @@ def select(what: str | Iterable[str] | None, present: Iterable[str] = COMPONENTS
     if not chosen:
         raise _unknown(what, held)
     return chosen
+
+
+def sum_of(names: Iterable[str]) -> dict[str, str]:
+    """The attribute `components` of an image that is the sum of these; none if it is not known what they are.
+
+    Examples
+    --------
+    >>> sum_of(REFLECTED), sum_of([TOTAL])
+    ({'components': 'direct_reflection + indirect_reflection'}, {})
+    """
+    held = tuple(names)
+    return {} if held == (TOTAL,) else {"components": _PLUS.join(held)}
+
+
+def named_in(attrs: Mapping[str, object]) -> tuple[str, ...] | None:
+    """Which components an image that is not split is the sum of, by its attributes; None if they do not say.
+
+    Examples
+    --------
+    >>> named_in(sum_of(REFLECTED)), named_in({})
+    (('direct_reflection', 'indirect_reflection'), None)
+    """
+    names = tuple(str(attrs.get("components", "")).split(_PLUS))
+    if set(names) <= set(COMPONENTS):
+        return names
+    return SINGLE_BOUNCE if attrs.get("single_bounce") == 1 else None
 
 
 def _unknown(name: object, held: Iterable[str]) -> OptionError:

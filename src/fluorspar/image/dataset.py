@@ -10,7 +10,8 @@ component_standard_error component, y, x, wavelength    of each component, float
 
 Pixels that were not rendered are NaN and the attribute `partial` is 1. Attributes that images of other programs
 may have: `unit` and `quantity`, if it is not radiance in W m-2 sr-1 nm-1, and `bandwidth_nm`, the full width at
-half maximum of triangular bands (not there: samples).
+half maximum of triangular bands (not there: samples). An image that is not split may say in `components` what it is
+the sum of.
 """
 
 from __future__ import annotations

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, ImageError, message
 from fluorspar.image.atomic import check_target, temporary_name, undisturbed, write_error
-from fluorspar.image.components import TOTAL, select
+from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.dataset import add_up, grid_of, make_dataset, names_of
-from fluorspar.image.envi_header import bandwidth, good_bands, header_of, stated_by, wavelengths
+from fluorspar.image.envi_header import bandwidth, check_number, good_bands, header_of, stated_by, wavelengths
 from fluorspar.image.regular import interpolated, regular_spectra
-from fluorspar.image.source import check_source
+from fluorspar.image.source import check_source, text_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +30,8 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     Parameters
     ----------
     dataset : Dataset
-        A spectral image. An ENVI file holds one quantity: components and standard errors are left out.
+        A spectral image. An ENVI file holds one quantity: components and standard errors are left out, and the
+        field `components` of the header says what it is the sum of.
     path : str or path-like
         The header, `.hdr`; the data go beside it with the suffix `.img`.
 
@@ -59,7 +60,7 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         fault = "the data of the ENVI file would replace a file that is no part of it"
         fix = "name another file, or remove that one"
         raise ImageError(message(fault, where=path, got=target, fix=fix))
-    metadata = header_of(dataset.attrs, grid_of(dataset))
+    metadata = header_of(dataset.attrs | sum_of(names_of(dataset)), grid_of(dataset))
     header = temporary_name(path).with_suffix(".hdr")
     data = header.with_suffix(".img")
     try:
@@ -102,8 +103,8 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     ImageError
-        If a file is missing or truncated, the header is malformed or holds no wavelengths, or it is not an
-        image of real numbers.
+        If a file is missing or truncated, the header is malformed or holds no wavelengths, its scale factor or
+        ignored value is no number, or it is not an image of real numbers.
 
     Warns
     -----
@@ -126,6 +127,8 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
         image = envi.open(str(path), data_file(path))
         _check_kind(image, path)
         header: dict[str, Any] = image.metadata
+        for name in ("reflectance scale factor", "data ignore value"):
+            check_number(header, name, path)
         values = np.array(image.load(dtype=np.float32, scale=True), np.float32, order="C")
     except (
         envi.EnviException,
@@ -156,8 +159,9 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
         values, at = _mended(values, at, good, path)
     values, grid = regular_spectra(values, at, path)
     attrs = {
-        "source_file": path.name,
+        "source_file": text_of(path.name),
         "description": str(header.get("description", "")),
+        **({"components": str(header["components"])} if "components" in header else {}),
         **stated_by(header),
         **bandwidth(header, image.nbands, path),
     }

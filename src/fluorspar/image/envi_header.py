@@ -14,7 +14,7 @@ from fluorspar.image.dataset import decoded_attrs
 from fluorspar.image.units import NOT_STATED, quantity_of, stated, unit_of, wavelengths_in_nm
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["bandwidth", "good_bands", "header_of", "stated_by", "wavelengths"]
+__all__ = ["bandwidth", "check_number", "good_bands", "header_of", "stated_by", "wavelengths"]
 
 _FIX = "add 'wavelength = { ... }' and 'wavelength units = Nanometers' to the header"
 
@@ -25,7 +25,7 @@ def header_of(attrs: dict[str, Any], grid: Wavelengths) -> dict[str, Any]:
     Parameters
     ----------
     attrs : dict
-        Attributes of the image; `unit`, `quantity` and `bandwidth_nm` (as `fwhm`) come back on reading.
+        Attributes of the image; `unit`, `quantity`, `components` and `bandwidth_nm` (as `fwhm`) come back on reading.
     grid : Wavelengths
 
     Examples
@@ -48,6 +48,8 @@ def header_of(attrs: dict[str, Any], grid: Wavelengths) -> dict[str, Any]:
         "wavelength units": "Nanometers",
         "band names": [f"{wavelength:g} nm" for wavelength in grid.values],
     }
+    if components := attrs.get("components"):
+        header["components"] = str(components)
     if width := attrs.get("bandwidth_nm"):
         header["fwhm"] = [f"{float(width):.10g}"] * len(grid)
     return header
@@ -116,6 +118,38 @@ def bandwidth(header: dict[str, Any], count: int, path: Path) -> dict[str, float
         )
         warnings.warn(text, ApproximationWarning, stacklevel=4)
     return {"bandwidth_nm": float(f"{mean:.10g}")}
+
+
+def check_number(header: dict[str, Any], name: str, path: Path) -> None:
+    """Find out whether a field, if it is there, is a number that can be used.
+
+    Raises
+    ------
+    ImageError
+        If it is not a number, or a scale factor that is not above 0.
+
+    Examples
+    --------
+    >>> check_number({"data ignore value": "-999"}, "data ignore value", Path("a.hdr"))
+    """
+    if name not in header:
+        return
+    scale = "scale" in name
+    try:
+        number = float(header[name])
+        usable = 0 < number < np.inf if scale else True
+    except (TypeError, ValueError):
+        usable = False
+    if not usable:
+        raise ImageError(
+            message(
+                f"the '{name}' of the ENVI header is not usable",
+                where=path,
+                got=repr(header[name]),
+                expected="a number above 0" if scale else "a number",
+                fix="mend the line, or delete it",
+            )
+        )
 
 
 def stated_by(header: dict[str, Any]) -> dict[str, str]:

@@ -19,6 +19,7 @@ from fluorspar.image.components import TOTAL
 from fluorspar.image.dataset import make_dataset
 from fluorspar.image.exr_units import stated_by
 from fluorspar.image.regular import regular_spectra
+from fluorspar.image.source import text_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +104,7 @@ def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
     Warns
     -----
     ApproximationWarning
-        If parts, layers or polarisation are left out, reflectance is read as radiance, or the wavelengths are
+        If parts, layers or polarisation are left out, it holds reflectance, or the wavelengths are
         not evenly spaced.
     """
     part, kind, named = _spectral_channels(parts, path)
@@ -124,10 +125,10 @@ def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
     for index, plane in enumerate(planes):
         values[..., index] = plane
     if kind == "T":
-        text = f"{path} holds reflectance: it is read as the radiance in light of 1 W m-2 sr-1 nm-1"
+        text = f"{path} holds reflectance, and is kept as such: pictures show it in light that is even over the bands"
         warnings.warn(text, ApproximationWarning, stacklevel=3)
     values, grid = regular_spectra(values, np.array(sorted(named)), path)
-    attrs = {"source_file": path.name} | stated_by(part.header, kind)
+    attrs = {"source_file": text_of(path.name)} | stated_by(part.header, kind)
     return make_dataset(values[np.newaxis], grid, attrs=attrs, components=(TOTAL,))
 
 

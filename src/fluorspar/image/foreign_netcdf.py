@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fluorspar.errors import ImageError, message
 from fluorspar.image.dataset import VARIABLES, WAVELENGTH_ATTRS
 from fluorspar.image.regular import even_grid
 from fluorspar.image.units import NOT_STATED, stated, wavelengths_in_nm
@@ -39,7 +40,7 @@ def normalised(dataset: xr.Dataset, path: Path) -> xr.Dataset:
     Raises
     ------
     ImageError
-        If the unit of the wavelengths is not known.
+        If the unit of the wavelengths is not known, or the attribute `bandwidth_nm` is not a number.
     """
     import xarray as xr
 
@@ -61,7 +62,28 @@ def normalised(dataset: xr.Dataset, path: Path) -> xr.Dataset:
         said = dataset["radiance"].attrs.get("units") or dataset.attrs.get("unit") or NOT_STATED
         quantity = str(dataset.attrs.get("quantity", "radiance"))
         dataset = dataset.assign_attrs(stated(str(said), quantity))
+    if "bandwidth_nm" in dataset.attrs:
+        dataset = dataset.assign_attrs(bandwidth_nm=_width(dataset.attrs["bandwidth_nm"], path))
     return dataset
+
+
+def _width(value: object, path: Path) -> float:
+    """A bandwidth, of which other programs may make text or an array of one number."""
+    try:
+        width = float(np.asarray(value).reshape(()))
+    except (TypeError, ValueError):
+        width = np.nan
+    if not (np.isfinite(width) and width >= 0):
+        raise ImageError(
+            message(
+                "the bandwidth of the image is not readable",
+                where=f"{path}, attribute bandwidth_nm",
+                got=repr(value),
+                expected="the FWHM in nm as a number, 0 for samples",
+                fix="mend the attribute, or remove it if it is not known",
+            )
+        )
+    return width
 
 
 def _is_packed(variable: xr.DataArray) -> bool:

@@ -1,4 +1,4 @@
-"""The file an image is read from."""
+"""The file an image is read from, and its name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,23 @@ from pathlib import Path
 
 from fluorspar.errors import ImageError, message
 
-__all__ = ["check_source"]
+__all__ = ["check_source", "text_of"]
+
+
+def text_of(path: str | os.PathLike[str]) -> str:
+    """The name of a file as text that every file and terminal can hold.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Names may be any bytes; those that are no UTF-8 become the replacement character.
+
+    Examples
+    --------
+    >>> text_of(os.fsdecode(b"caf\\xe9.nc"))
+    'caf�.nc'
+    """
+    return os.fsencode(path).decode("utf-8", errors="replace")
 
 
 def check_source(path: str | os.PathLike[str]) -> Path:

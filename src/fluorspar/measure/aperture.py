@@ -29,7 +29,7 @@ class Aperture:
     Raises
     ------
     OptionError
-        If the diameter is not positive or the unit is another one.
+        If the diameter is not positive, 180 degrees or more, or the unit is another one.
 
     Examples
     --------
@@ -41,12 +41,13 @@ class Aperture:
     unit: str = "deg"
 
     def __post_init__(self) -> None:
-        if self.unit not in ("deg", "px") or not (np.isfinite(self.diameter) and self.diameter > 0):
+        limit = 180.0 if self.unit == "deg" else np.inf  # a half space
+        if self.unit not in ("deg", "px") or not 0 < self.diameter < limit:
             raise OptionError(
                 message(
                     "the aperture is impossible",
                     got=f"{self.diameter}{self.unit}",
-                    expected="a diameter, such as 0.125deg or 3px",
+                    expected="a diameter, such as 0.125deg or 3px, below 180 degrees",
                 )
             )
 

@@ -155,4 +155,7 @@ def _cameras(
 def _only(spectra: PointSpectra, names: tuple[str, ...]) -> PointSpectra:
     rows = [spectra.index(name) for name in names]
     error = None if spectra.standard_error is None else spectra.standard_error[rows]
-    return replace(spectra, names=names, radiance=spectra.radiance[rows], standard_error=error)
+    freedom = None if spectra.freedom is None else spectra.freedom[rows]
+    return replace(
+        spectra, names=names, radiance=spectra.radiance[rows], standard_error=error, freedom=freedom
+    )

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, SpectrumError, message
-from fluorspar.image.components import SINGLE_BOUNCE, TOTAL, select
+from fluorspar.image.source import text_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
 from fluorspar.measure.bands import Bands, assumed_bands, common_bands, conversion
+from fluorspar.measure.common_light import common_light
 from fluorspar.measure.common_points import common_points
 from fluorspar.measure.compare_images import compare_images
 from fluorspar.measure.compare_points import compare_points
 from fluorspar.measure.comparison import Comparison
-from fluorspar.measure.image_errors import OF_TOTAL, error_layer
 from fluorspar.measure.matching import matched_scale, scale_error_of
 from fluorspar.measure.pair import paired
 from fluorspar.measure.point_spectra import PointSpectra
@@ -123,7 +123,7 @@ def compare(
         sides = _opened(a, opened), _opened(b, opened)
         titles = title_a or _title(sides[0], a), title_b or _title(sides[1], b)
         common, weights, of_bands = _common(sides, (bandwidth_a, bandwidth_b), wavelengths)
-        components, of_components = _components(sides, component)
+        components, of_components = common_light(sides, component)
         notes = [*check_units(*sides, match), *of_bands, *of_components]
         tables, said = common_points(
             sides, points, scene=scene, aperture=aperture, components=components, titles=titles
@@ -198,7 +198,7 @@ def _opened(source: Source, until: ExitStack) -> Side:
 
 def _title(side: Side, source: Source) -> str:
     if isinstance(source, str | os.PathLike):
-        return os.fspath(source)
+        return text_of(source)
     return side.title if isinstance(side, PointSpectra) else str(side.attrs.get("scene", "an image"))
 
 
@@ -230,40 +230,6 @@ def _common(
         if stated.fwhm is None
     ]
     return common, (to_a, to_b), [said_a, said_b, *assumed]
-
-
-def _components(
-    sides: tuple[Side, Side], component: str | None
-) -> tuple[tuple[str | None, str | None], list[str]]:
-    """What of each image is compared: light that luminesced twice only if both hold it."""
-    chosen: list[str | None] = [component, component]
-    notes = []
-    if component is None:
-        held = [_holds_reexcitation(side) for side in sides]
-        if sorted(held, key=str) == [False, True]:
-            with_it = held.index(True)
-            chosen[with_it] = "single_bounce"
-            notes.append(
-                f"Components: both sides without light that luminesced twice (single_bounce), since {'BA'[with_it]} "
-                "does not hold it."
-            )
-    for name, side, what in zip("AB", sides, chosen, strict=True):
-        if isinstance(side, SpectralImage) and what == "single_bounce":
-            layer = error_layer(side, what)
-            if layer == ("standard_error", None) and select(what, side.components) != side.components:
-                notes.append(f"{name}: {OF_TOTAL}.")
-    return (chosen[0], chosen[1]), notes
-
-
-def _holds_reexcitation(side: Side) -> bool | None:
-    """None if it cannot be told: a table, or an image that is not split."""
-    if not isinstance(side, SpectralImage):
-        return None
-    if side.attrs.get("single_bounce") == 1:
-        return False
-    if side.components == (TOTAL,):
-        return None
-    return not set(side.components) <= set(SINGLE_BOUNCE)
 
 
 def _images(
@@ -324,4 +290,4 @@ def _same_seed(sides: tuple[Side, Side]) -> int | None:
         (side.attrs.get("seed"), side.attrs.get("method")) if isinstance(side, SpectralImage) else None
         for side in sides
     )
-    return int(first[0]) if first == second and first is not None and first[0] is not None else None
+    return first[0] if first == second and first is not None and isinstance(first[0], int) else None

@@ -9,6 +9,7 @@ from fluorspar.errors import ImageError, message
 from fluorspar.image.dataset import row_blocks
 from fluorspar.measure.comparison import Comparison, ImageComparison
 from fluorspar.measure.difference import ciede2000, ratio
+from fluorspar.measure.image_errors import error_freedom
 from fluorspar.measure.noise import explained_by_noise
 from fluorspar.measure.sides import ImageSide
 from fluorspar.measure.whites import lab_of
@@ -158,6 +159,7 @@ def compare_images(
             levels=levels,
             level_squares=level_squares,
             same_seed=same_seed,
+            freedom=min(error_freedom(side.image) for side in (a, b) if side.has_errors),
         )
     return ImageComparison(
         maps["rmse"],

@@ -7,12 +7,15 @@ from numpy.typing import NDArray
 
 from fluorspar.measure.comparison import Comparison, PointComparison
 from fluorspar.measure.difference import band_bias, band_error, ciede2000, ratio, rmse
+from fluorspar.measure.few_samples import combined_freedom
 from fluorspar.measure.noise import NoiseVerdict, explained_by_noise
 from fluorspar.measure.pair import Pair
 from fluorspar.measure.whites import lab_of
 from fluorspar.spectral.colour import xyz_from_radiance
 
 __all__ = ["compare_points"]
+
+Array = NDArray[np.float64]
 
 
 def compare_points(
@@ -77,14 +80,17 @@ def _noise(pair: Pair, done: Comparison, scale_error: float, same_seed: int | No
     assert pair.a is not None
     assert pair.b is not None
     tables = ((pair.a, 1 / done.mean_a), (pair.b, 1 / done.mean_b))
-    count = len(done.grid)
-    known_of, variance, mean_variance = [], np.zeros(pair.a.radiance.shape), np.zeros(len(pair.a.names))
+    count, shape = len(done.grid), pair.a.radiance.shape
+    known_of, variance = [], np.zeros(shape)
+    mean_variance, mean_squares = np.zeros(shape[0]), np.zeros(shape[0])
     for side, (table, factor) in enumerate(tables):
         mean_error = pair.error_of_sum(side, np.full(count, 1 / count))
         if table.standard_error is not None and mean_error is not None:
             known_of.append("AB"[side])
             variance += (table.standard_error * factor) ** 2
-            mean_variance += (mean_error * factor) ** 2
+            of_mean = (mean_error * factor) ** 2
+            mean_variance += of_mean
+            mean_squares += of_mean**2 / (np.inf if table.freedom is None else table.freedom)
     if not known_of:
         return None
     first, matched = (table.radiance * factor for table, factor in tables)
@@ -99,4 +105,23 @@ def _noise(pair: Pair, done: Comparison, scale_error: float, same_seed: int | No
         levels=matched.mean(axis=1),
         level_squares=np.sum(matched**2, axis=1),
         same_seed=same_seed,
+        square_variances=_square_variances(pair, tuple(factor for _, factor in tables)),
+        freedom=combined_freedom(mean_variance, mean_squares),
     )
+
+
+def _square_variances(pair: Pair, factors: tuple[float, ...]) -> Array | None:
+    """Variance of the sum over bands of squared noise, of each point; None if all bands are fully correlated.
+
+    Of normal variables of covariance C it is 2 tr(C C): twice the sum over bands of squared variances, if they are
+    independent.
+    """
+    sides = [table for table in (pair.a, pair.b) if table is not None and table.standard_error is not None]
+    if all(table.correlated for table in sides):
+        return None
+    found = []
+    for point in range(len(sides[0].names)):
+        each = (pair.covariance(side, point) for side in range(2))
+        scaled = [f**2 * c for f, c in zip(factors, each, strict=True) if c is not None]
+        found.append(2 * np.sum(np.square(sum(scaled))))
+    return np.array(found)

@@ -30,6 +30,8 @@ LIMITS = {
 }
 """Numbers that `--fail-above` can limit, and what they are."""
 
+_DETAILS = ("RMSE is taken", "XYZ: ", "Pictures: ")  # notes that are for the report only
+
 
 @dataclass(frozen=True, eq=False)
 class PointComparison:
@@ -278,15 +280,16 @@ class Comparison:
             temporary.write_text(text, encoding="utf-8")
 
     def text(self) -> str:
-        """The main results as lines of text."""
+        """What was done and the main results as lines of text."""
         lines = [f"A: {self.title_a}", f"B: {self.title_b}"]
+        lines += [note for note in self.notes if not note.startswith(_DETAILS)]
         for title, part in (("points", self.points), ("pixels", self.images)):
             if part is None:
                 continue
             found = part.as_dict()
             count = len(part.names) if isinstance(part, PointComparison) else found["pixels_compared"]
             lines.append(f"{count} {title}")
-            name = "E{RMSE}" if self.at_a_point else "mean RMSE"
+            name = "E{RMSE}" if self.at_a_point and part is self.points else "mean RMSE"
             for label, key, mean in ((name, "rmse", "rmse"), ("CIEDE2000", "de00", "de00_mean")):
                 if math.isnan(found[mean]):
                     lines.append(f"  {label:<12} cannot be had")

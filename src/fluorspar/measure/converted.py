@@ -8,13 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, message
-from fluorspar.image.components import TOTAL, select
+from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.bands import Bands, band_weights, conversion
+from fluorspar.measure.sides import bands_of
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["converted"]
+__all__ = ["ASSUMED", "converted"]
+
+ASSUMED = "the band shape of the image is not known: samples are assumed"
+"""Said in the attribute `converted` where it matters."""
 
 Values = NDArray[np.float32]
 
@@ -43,7 +47,8 @@ def converted(
     Returns
     -------
     SpectralImage
-        In memory, unless nothing is to be done. The attribute `converted` says what was done. Standard errors
+        In memory, unless nothing is to be done. The attribute `converted` says what was done, `components` what a
+        sum was made of. Standard errors
         are kept where they are still right: those of components that are kept, one of which becomes the
         total if it is all that is left, and those of the total with all components. Bands count as fully
         correlated.
@@ -75,7 +80,7 @@ def converted(
         names = chosen if len(chosen) == 1 and component == chosen[0] else (TOTAL,)
         layers = [on_grid(add_up(image.dataset, chosen), False)]
         said.append(f"{component} only")
-    attrs = image.attrs
+    attrs = image.attrs | (sum_of(chosen) if names == (TOTAL,) else {})
     if said:
         attrs["converted"] = "; ".join([attrs["converted"], *said] if "converted" in attrs else said)
     if bandwidth:
@@ -115,10 +120,14 @@ def _conversion(image: SpectralImage, target: Bands) -> tuple[Callable[[Values, 
     if grid.start < own.grid.start - 1e-6 or grid.stop > own.grid.stop + 1e-6:
         band_weights(own.grid.values, grid.values)  # raises, with both ranges
     weights, sentence = conversion(own, target, "wavelengths")
+    assumed = [ASSUMED] if bands_of(image).fwhm is None and target.fwhm else []
     if weights is None:
         return lambda values, absolute: values, []
     plain, positive = weights.T.astype(np.float32), np.abs(weights).T.astype(np.float32)
-    return lambda values, absolute: np.asarray(values @ (positive if absolute else plain)), [sentence]
+    return lambda values, absolute: np.asarray(values @ (positive if absolute else plain)), [
+        sentence,
+        *assumed,
+    ]
 
 
 def _errors(

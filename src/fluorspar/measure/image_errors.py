@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from fluorspar.image.components import select
 from fluorspar.image.spectral_image import SpectralImage
 
-__all__ = ["OF_TOTAL", "error_layer"]
+__all__ = ["OF_TOTAL", "error_freedom", "error_layer"]
 
 OF_TOTAL = "standard errors of single_bounce are those of the total, which are slightly larger"
 
@@ -41,3 +43,37 @@ def error_layer(image: SpectralImage, component: str | None) -> tuple[str, str |
     if "standard_error" in image.dataset and component == "single_bounce":
         return "standard_error", None
     return None
+
+
+def error_freedom(image: SpectralImage) -> float:
+    """Degrees of freedom of the standard errors of a pixel: of the batches or repeats they come from, less one.
+
+    Parameters
+    ----------
+    image : SpectralImage
+
+    Returns
+    -------
+    float
+        Infinite, as if they were known, for an image that does not say.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> ones = np.ones((7, 4, 6, 69))
+    >>> error_freedom(SpectralImage.from_arrays(ones, Wavelengths(), attrs={"method": "paths", "spp": 64}))
+    31.0
+    >>> error_freedom(SpectralImage.from_arrays(ones, Wavelengths(), attrs={"repeats": 4}))
+    3.0
+    """
+    from fluorspar.paths.sweep import batch_count
+
+    spp, repeats = image.attrs.get("spp"), image.attrs.get("repeats")
+    if isinstance(repeats, int):
+        samples = repeats
+    elif image.attrs.get("method") == "paths" and isinstance(spp, int):
+        samples = batch_count(spp)
+    else:
+        return math.inf
+    return float(max(samples - 1, 1))

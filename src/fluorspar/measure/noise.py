@@ -5,6 +5,9 @@ difference is expected to be the variance of the noise, whatever the correlation
 bands and over blocks of pixels of both are compared. Each block counts the same: a few pixels at the edge of a
 lamp, whose noise is a thousand times that of others, would otherwise decide alone.
 
+Standard errors of few samples scatter themselves: t and F of so many degrees of freedom are turned into what is as
+rare where they are known.
+
 Three things tell a real difference: the mean difference of a block or of everything; squared differences that are
 too large for the noise, such as those of a pattern that is zero on average; and a pixel without noise that differs.
 """
@@ -17,13 +20,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fluorspar.measure.few_samples import chi_squared_score, combined_freedom, normal_score
+
 __all__ = ["NoiseVerdict", "explained_by_noise", "noise_sentence", "share_text", "verdict_text"]
 
 Array = NDArray[np.float64]
 
+_OTHER = {"A": "B", "B": "A"}  # the side whose standard errors are not known
 _CHANCE = 1e-3
 _BLOCKS = 16  # along the longer side
 _LEAST = 8  # pixels along a block
+_FEWEST = 4.0  # degrees of freedom of standard errors at a point that a verdict needs
 _ROUNDING = 1e-5  # of the radiance: sums and band conversions in float32
 
 
@@ -39,9 +46,10 @@ class NoiseVerdict:
         Share of the squared difference that noise explains: 1 over the mean, over the blocks, of sum of
         squares over sum of variances. 1 if the difference is noise and nothing else.
     share_uncertainty : float
-        Standard error of the share, from the scatter of the blocks (or points).
+        Standard error of the share, from the scatter of the blocks (or points); of one alone, from theory.
     mean_z : float
-        Mean difference of all blocks, each in its own standard errors, over the standard error of that mean.
+        Mean difference of all blocks, each in its own standard errors, over the standard error of that mean. Here
+        and below, those of few samples count as what is as rare where they are known.
     block_z : float
         Greatest mean difference of a block of pixels (or a point), in standard errors, without its sign.
     block_bound : float
@@ -96,6 +104,8 @@ def explained_by_noise(
     levels: ArrayLike | None = None,
     level_squares: ArrayLike | None = None,
     same_seed: int | None = None,
+    square_variances: ArrayLike | None = None,
+    freedom: ArrayLike = np.inf,
 ) -> NoiseVerdict | None:
     """Compare differences with their standard errors.
 
@@ -111,7 +121,7 @@ def explained_by_noise(
         Standard error of that mean; the mean of the standard errors is that of fully correlated bands and else
         a little too large.
     known_of : str
-        Whose standard errors these are.
+        Whose standard errors these are. There is no verdict if they are those of one side only.
     scale_error : float
         Relative standard error of the factor that matched the scales, which all pixels share.
     levels, level_squares : array_like of the same shape, optional
@@ -119,6 +129,11 @@ def explained_by_noise(
         a difference from rounding where there is no noise.
     same_seed : int, optional
         The seed of both sides if it is the same: their noise is then correlated.
+    square_variances : array_like of the same shape, optional
+        Variance of `squares` if there is nothing but noise. Default: that of fully correlated bands, twice the
+        square of `variances`; with independent bands it is less, twice the sum over bands of squares.
+    freedom : array_like of the same shape, or float
+        Degrees of freedom of the standard errors; infinite: they are known.
 
     Returns
     -------
@@ -130,7 +145,7 @@ def explained_by_noise(
     -----
     For noise alone and bands that are fully correlated, the mean over blocks of the sum of squares over the sum
     of variances is a mean of squares, whose degrees of freedom are those of the pixels, or fewer if the ratios
-    scatter more than that.
+    scatter more than that. Where the variance of the squares is given, it is the measure.
 
     Examples
     --------
@@ -144,31 +159,39 @@ def explained_by_noise(
     zero = np.zeros_like(q)
     b = zero if levels is None else np.asarray(levels, dtype=np.float64)
     b2 = zero if level_squares is None else np.asarray(level_squares, dtype=np.float64)
+    of_q = 2 * v**2 if square_variances is None else np.asarray(square_variances, dtype=np.float64)
+    f = np.broadcast_to(np.asarray(freedom, dtype=np.float64), q.shape)
     known = np.isfinite(q) & np.isfinite(v)
     quiet = known & (v + scale_error**2 * b2 == 0)
-    unexplained = int(np.sum(quiet & (q > _ROUNDING**2 * b2)))
+    unexplained = 0 if known_of in _OTHER else int(np.sum(quiet & (q > _ROUNDING**2 * b2)))
     equal = not q[known].any()
-    q, v, v2, m, e2, b, b2 = (
-        _blocks(np.where(known, values, 0.0)) for values in (q, v, v**2, m, e**2, b, b2)
-    )
-    noisy = v > 0
+    observations, points = int(known.sum()), q.ndim < 2
+    fewest = float(f[known].min()) if known.any() else np.inf
+    sums = [_blocks(np.where(known, x, 0.0)) for x in (q, v, of_q, v**2 / f, m, e**2, e**4 / f, b, b2)]
+    noisy = sums[1] > 0
     if not noisy.any():
         return None
-    q, v, v2, m, e2, b, b2 = (values[noisy] for values in (q, v, v2, m, e2, b, b2))
-    of_scale = scale_error**2 * b2
+    q, v, of_q, v2_f, m, e2, e4_f, b, b2 = (values[noisy] for values in sums)
+    of_scale, of_mean = scale_error**2 * b2, (scale_error * b) ** 2
     ratios = q / (v + of_scale)
-    mean = float(ratios.mean())
-    scatter = float(ratios.std(ddof=1) / np.sqrt(len(ratios))) if len(ratios) > 1 else np.inf
+    below = combined_freedom(v + of_scale, v2_f + of_scale**2 / fewest)
+    # the mean of a ratio to an estimate of n degrees of freedom is n / (n - 2)
+    mean = float(np.mean(ratios * np.maximum(1 - 2 / below, 1 / 3)))
+    as_known = chi_squared_score(ratios, 2 * v**2 / of_q, below)
     # the square of one shared error has a standard deviation of sqrt(2) times its mean
     shared = float(np.sqrt(2) * np.mean(of_scale / (v + of_scale)))
-    spread = float(np.hypot(scatter, shared))
-    expected = float(np.hypot(np.sqrt(2 * np.sum(v2 / v**2)) / len(ratios), shared))
-    share_z = _square_z(mean, max(expected, scatter / mean if len(ratios) > 1 and mean > 0 else 0.0))
-    z = m / np.sqrt(e2 + (scale_error * b) ** 2)
+    expected = float(np.hypot(np.sqrt(np.sum(of_q / v**2)) / len(ratios), shared))
+    spread = float(np.hypot(_scatter(ratios), shared)) if len(ratios) > 1 else expected * mean
+    level = float(as_known.mean())
+    widened = square_variances is None and len(ratios) > 1 and level > 0
+    share_z = _square_z(level, max(expected, _scatter(as_known) / level if widened else 0.0))
+    z = normal_score(m / np.sqrt(e2 + of_mean), combined_freedom(e2 + of_mean, e4_f + of_mean**2 / fewest))
     bound, worst = _bound(len(z) + 2), float(np.abs(z).max())
-    own = np.sqrt(e2)
-    mean_z = float(np.sum(m / own) / np.hypot(np.sqrt(len(m)), scale_error * np.sum(b / own)))
-    doubt = "" if equal else _doubt(same_seed, share_z < -bound)
+    own, freedom_of_own = np.sqrt(e2), combined_freedom(e2, e4_f)
+    scores = normal_score(m / own, freedom_of_own)
+    mean_z = float(np.sum(scores) / np.hypot(np.sqrt(len(m)), scale_error * np.sum(b / own)))
+    few = float(freedom_of_own.min()) if points else np.inf
+    doubt = "" if equal else _doubt(known_of, same_seed, few, share_z < -bound)
     return NoiseVerdict(
         known_of,
         1 / mean if mean > 0 else np.inf,
@@ -177,12 +200,17 @@ def explained_by_noise(
         worst,
         bound,
         len(z),
-        int(known.sum()),
+        observations,
         share_z,
         unexplained,
         doubt,
         _differs(max(worst, abs(mean_z), share_z) > bound, unexplained, doubt),
     )
+
+
+def _scatter(ratios: Array) -> float:
+    """Standard error of the mean of two or more ratios."""
+    return float(ratios.std(ddof=1) / np.sqrt(len(ratios)))
 
 
 def _square_z(mean: float, spread: float) -> float:
@@ -213,10 +241,14 @@ def _differs(beyond: bool, unexplained: int, doubt: str) -> bool | None:
     return None if doubt else bool(beyond)
 
 
-def _doubt(same_seed: int | None, too_small: bool) -> str:
+def _doubt(known_of: str, same_seed: int | None, freedom: float, too_small: bool) -> str:
+    if known_of in _OTHER:
+        return f"the noise of {_OTHER[known_of]} is not known: no verdict"
     if same_seed is not None:
         other = f"render one with --seed {same_seed + 1}"
         return f"the noise of both is correlated (same seed {same_seed}): no verdict; {other}"
+    if freedom < _FEWEST:
+        return f"the standard errors come from {freedom + 1:.0f} repeats, too few for points: no verdict"
     if too_small:
         return (
             "the difference is far smaller than its standard errors, so the noise of both is correlated or the "
@@ -229,7 +261,7 @@ def share_text(noise: NoiseVerdict) -> str:
     """The share of the squared difference that noise explains, in words; never more than all of it."""
     if not np.isfinite(noise.share):
         return "no difference"
-    if noise.doubt:
+    if noise.doubt and noise.known_of not in _OTHER:
         return "not known"
     if noise.share > 1 + noise.share_uncertainty:
         return "all"
@@ -249,6 +281,9 @@ def noise_sentence(noise: NoiseVerdict, subject: str = "") -> str:
     quiet = ""
     if noise.unexplained:
         quiet = f"; {noise.unexplained} {'pixels' if of_blocks else 'points'} differ where there is no noise"
+    if noise.doubt and noise.known_of in _OTHER:
+        part = f"{subject}of {noise.known_of} alone explains {share_text(noise)} of the squared difference"
+        return f"{noise.doubt}; {part}"
     if noise.doubt:
         return noise.doubt + quiet
     if np.isfinite(noise.share):
@@ -256,7 +291,7 @@ def noise_sentence(noise: NoiseVerdict, subject: str = "") -> str:
         deviation = (
             "" if share == "all" else f" ({abs(noise.share_z):.1f} standard deviations from all of it)"
         )
-        explained = f"{subject}explains {share} of the squared difference{deviation}"
+        explained = f"{subject}of {noise.known_of} explains {share} of the squared difference{deviation}"
     else:
         explained = "there is no difference"
     what = f"of {noise.blocks} blocks" if of_blocks else "of the points"

@@ -63,6 +63,38 @@ class Pair:
         on_own = shares if weights is None else shares @ (np.abs(weights) if table.correlated else weights)
         return error_of_sum(table.standard_error, on_own, table.correlated)
 
+    def covariance(self, side: int, point: int) -> Array | None:
+        """Covariance of the common bands at one point of a side.
+
+        Parameters
+        ----------
+        side : int
+            0: A, 1: B.
+        point : int
+            Its number.
+
+        Returns
+        -------
+        ndarray of shape (T, T) or None
+            None if no standard errors are known.
+
+        Examples
+        --------
+        >>> from fluorspar.spectral.wavelengths import Wavelengths
+        >>> table = PointSpectra(("1",), Bands(Wavelengths(400, 500, 100)), np.ones((1, 2)), np.ones((1, 2)))
+        >>> Pair(table, table).covariance(0, 0)
+        array([[1., 0.],
+               [0., 1.]])
+        """
+        table, weights = self.given[side] or (self.a, self.b)[side], self.weights[side]
+        if table is None or table.standard_error is None:
+            return None
+        error = table.standard_error[point]
+        if table.correlated:
+            error = error if weights is None else np.abs(weights) @ error
+            return np.outer(error, error)
+        return np.diag(error**2) if weights is None else np.asarray((weights * error**2) @ weights.T)
+
 
 def paired(
     tables: tuple[PointSpectra, PointSpectra] | None,

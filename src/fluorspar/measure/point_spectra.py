@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.atomic import replacing
+from fluorspar.image.source import text_of
+from fluorspar.image.units import NOT_STATED, UNITS, same_unit
 from fluorspar.measure.band_errors import errors_on_bands
 from fluorspar.measure.bands import Bands, band_weights
-from fluorspar.measure.spectra_table import TIDY, bandwidth_of, on_even_grid, tidy_spectra
+from fluorspar.measure.spectra_table import TIDY, bandwidth_of, correlated_in, on_even_grid, tidy_spectra
 from fluorspar.measure.tables import read_cells
 from fluorspar.spectral.colour import CIE_1931, luminance
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -50,6 +52,8 @@ class PointSpectra:
     correlated : bool
         Whether the errors of the bands of a point are fully correlated, as those of a render are; else they are
         independent.
+    freedom : ndarray of shape (P,), optional
+        Degrees of freedom of the standard errors of each point; None: they count as known.
 
     Raises
     ------
@@ -67,11 +71,12 @@ class PointSpectra:
     bands: Bands
     radiance: Array
     standard_error: Array | None = None
-    unit: str = "W m-2 sr-1 nm-1"
+    unit: str = UNITS
     whites: dict[str, float] = field(default_factory=dict)
     title: str = ""
     notes: tuple[str, ...] = ()
     correlated: bool = False
+    freedom: Array | None = None
 
     def __post_init__(self) -> None:
         expected = (len(self.names), len(self.bands.grid))
@@ -196,8 +201,9 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
 
     Either tidy, one row for each point and wavelength, with the columns `point`, `wavelength`, `radiance` and
     perhaps `standard_error`; or wide, with the column `wavelength` first and then one column for each point. A
-    comment line `# bandwidth: 10` gives the instrument's FWHM in nm (0: samples), `# unit: ...` the unit, and
-    `# errors: correlated` says that the errors of the bands are fully correlated, as in a render.
+    comment line `# bandwidth: 10` gives the instrument's FWHM in nm (0: samples), `# unit: W m-2 sr-1 nm-1` the
+    unit (else it is "not stated", and luminances are relative), and `# errors: correlated` says that the errors of
+    the bands are fully correlated, as in a render.
 
     Parameters
     ----------
@@ -249,9 +255,9 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
         )
     radiance, error, grid = on_even_grid(radiance, error, wavelengths, path)
     bands = Bands(grid, bandwidth_of(table))
-    unit = table.keys.get("unit", PointSpectra.unit)
-    correlated = table.keys.get("errors", "").startswith("correlated")
-    return PointSpectra(names, bands, radiance, error, unit, title=path.name, correlated=correlated)
+    unit = table.keys.get("unit") or NOT_STATED
+    correlated = correlated_in(table)
+    return PointSpectra(names, bands, radiance, error, unit, title=text_of(path.name), correlated=correlated)
 
 
 def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> None:
@@ -284,7 +290,7 @@ def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> 
     if spectra.standard_error is not None and spectra.correlated:
         stream.write("# errors: correlated\n")
     luminances, illuminances = spectra.luminance(), spectra.illuminance()
-    absolute = spectra.unit == PointSpectra.unit
+    absolute = same_unit(spectra.unit, UNITS)
     for name, value in zip(spectra.names, luminances, strict=True):
         if absolute:
             lux = f", illuminance {illuminances[name]:.6g} lx" if name in illuminances else ""

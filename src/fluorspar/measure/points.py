@@ -86,7 +86,8 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
     Raises
     ------
     OptionError
-        If the file is missing, a column is unknown or missing, a cell is not a number, or a name occurs twice.
+        If the file is missing, a column is unknown or missing, a cell is not a number, or a name is
+        empty or occurs twice.
 
     Examples
     --------
@@ -120,6 +121,8 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
     points = []
     for row in table.rows:
         cells = dict(zip(header, row, strict=True))
+        if not cells["point"]:
+            raise OptionError(message("a point has no name", where=path, got=", ".join(row)))
         try:
             flat = not cells.get("z", "")
             position = tuple(float(cells[axis]) for axis in ("xy" if flat else "xyz"))

@@ -108,8 +108,9 @@ def report(comparison: Comparison) -> str:
 def _results(comparison: Comparison) -> str:
     columns = [("points", comparison.points), ("pixels", comparison.images)]
     present = [(title, part, part.as_dict()) for title, part in columns if part is not None]
+    of_points = "E{RMSE}, Eq. 14" if comparison.images is None else "RMSE, mean; of points E{RMSE}, Eq. 14"
     labels = [
-        ("E{RMSE}, Eq. 14" if comparison.at_a_point else "RMSE, mean", "rmse", 1.0, ""),
+        (of_points if comparison.at_a_point else "RMSE, mean", "rmse", 1.0, ""),
         ("RMSE, 95 % are below", "rmse_95", 1.0, ""),
         ("RMSE, greatest", "rmse_max", 1.0, ""),
         ("CIEDE2000, mean", "de00_mean", 1.0, ""),

@@ -12,7 +12,7 @@ from fluorspar.image.regular import regular_spectra
 from fluorspar.measure.tables import Cells
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["TIDY", "bandwidth_of", "on_even_grid", "tidy_spectra"]
+__all__ = ["TIDY", "bandwidth_of", "correlated_in", "on_even_grid", "tidy_spectra"]
 
 Array = NDArray[np.float64]
 
@@ -43,8 +43,8 @@ def tidy_spectra(table: Cells) -> tuple[tuple[str, ...], Array, Array, Array | N
     Raises
     ------
     SpectrumError
-        If a column is unknown, a cell is not a number, a point has no name, has a wavelength twice or lacks one that
-        others have, or a standard error is negative or not finite.
+        If a column is unknown or occurs twice, a cell is not a number, a point has no name, has a wavelength twice
+        or lacks one that others have, or a standard error is negative or not finite.
 
     Examples
     --------
@@ -55,8 +55,10 @@ def tidy_spectra(table: Cells) -> tuple[tuple[str, ...], Array, Array, Array | N
     header = [name.lower() for name in table.header]
     unknown = [name for name in header if name not in TIDY]
     missing = [name for name in TIDY[:3] if name not in header]
-    if unknown or missing:
-        got = f"unknown: {', '.join(unknown)}" if unknown else f"missing: {', '.join(missing)}"
+    twice = sorted({name for name in header if header.count(name) > 1})
+    if unknown or missing or twice:
+        found = (("unknown", unknown), ("missing", missing), ("twice", twice))
+        got = "; ".join(f"{what}: {', '.join(names)}" for what, names in found if names)
         fault, expected = "the columns of a table of spectra are not right", ", ".join(TIDY)
         raise SpectrumError(message(fault, where=table.where, got=got, expected=expected))
     column = {name: header.index(name) for name in header}
@@ -193,3 +195,29 @@ def bandwidth_of(table: Cells) -> float | None:
             )
         )
     return fwhm
+
+
+def correlated_in(table: Cells) -> bool:
+    """Whether a table says `# errors: correlated`: that the errors of the bands of a point are fully correlated.
+
+    Raises
+    ------
+    SpectrumError
+        If the line says neither that nor "independent".
+
+    Examples
+    --------
+    >>> correlated_in(Cells({"errors": "Correlated"}, (), [], Path("a.csv"), SpectrumError))
+    True
+    """
+    word = (table.keys.get("errors", "independent").split() or [""])[0].lower().strip(",;.")
+    if word not in ("correlated", "independent"):
+        raise SpectrumError(
+            message(
+                "what the table says of its errors is not known",
+                where=table.where,
+                got=repr(table.keys["errors"]),
+                expected="'# errors: correlated' or '# errors: independent', from band to band",
+            )
+        )
+    return word == "correlated"

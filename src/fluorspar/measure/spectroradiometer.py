@@ -15,7 +15,8 @@ from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture, coverage, radius_in_pixels
 from fluorspar.measure.bands import beyond_the_data
-from fluorspar.measure.image_errors import OF_TOTAL, error_layer
+from fluorspar.measure.few_samples import combined_freedom
+from fluorspar.measure.image_errors import OF_TOTAL, error_freedom, error_layer
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point, pixels_of
 from fluorspar.measure.sides import bands_of
@@ -64,7 +65,8 @@ def measure(
     -------
     PointSpectra
         With the standard error of the mean under the aperture, if the image has standard errors for what is
-        measured: pixels are independent, the bands of a pixel fully correlated. Known whites are kept if all light
+        measured: pixels are independent, the bands of a pixel fully correlated; `freedom` says of how many samples
+        they are. Known whites are kept if all light
         is measured (the total, or `single_bounce`): illuminance needs it.
 
     Raises
@@ -101,13 +103,16 @@ def measure(
     layer = error_layer(image, component)
     radiance = np.empty((len(points), len(image.wavelengths)))
     error = np.empty_like(radiance) if layer is not None else None
+    freedom = np.empty(len(points)) if layer is not None else None
     for p, (point, pixel) in enumerate(zip(points, pixels, strict=True)):
         rows, columns, weights = coverage(pixel, aperture, image.size, matrix)
         part = image.dataset.isel(y=rows, x=columns)
         radiance[p] = np.einsum("yx,yxn->n", weights, add_up(part, chosen), dtype=np.float64)
-        if error is not None and layer is not None:
+        if error is not None and freedom is not None and layer is not None:
             errors = values_of(part, layer[0], component=layer[1]).astype(np.float64)
             error[p] = np.sqrt(np.einsum("yx,yxn->n", weights**2, errors**2))
+            shares = np.square(weights * errors.mean(axis=-1))
+            freedom[p] = combined_freedom(shares.sum(), np.sum(shares**2) / error_freedom(image))
         if not np.isfinite(radiance[p]).all():
             raise ImageError(
                 message("a pixel that is to be measured was not rendered", where=f"point {point.name}")
@@ -133,6 +138,7 @@ def measure(
         title=title or _title(image),
         notes=tuple(notes),
         correlated=True,
+        freedom=freedom,
     ).through(bandwidth)
     if bandwidth and (said := beyond_the_data(bands.grid, bands.grid, bandwidth)):
         spectra = replace(spectra, notes=(*spectra.notes, said))
@@ -193,7 +199,8 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
 
     name = str(image.attrs.get("scene", ""))
     if name in BUILTIN:
-        parameters = image.attrs.get("parameters") or {}
+        said = image.attrs.get("parameters")
+        parameters = said if isinstance(said, dict) else {}
         mesh = parameters.get("mesh")
         if mesh is not None and not Path(mesh).is_file():
             raise OptionError(

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from fluorspar.errors import OptionError, message
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.units import NOT_STATED, UNITS, powers_of, quantity_of
+from fluorspar.image.units import NOT_STATED, UNITS, quantity_of, same_unit
 from fluorspar.measure.point_spectra import PointSpectra
 
 __all__ = ["check_units", "is_radiance", "unit_of"]
 
-_RADIANCE = {"W": 1, "m": -2, "sr": -1, "nm": -1}
-_EXR_RADIANCE = {"W": 1, "m": -2, "sr": -1}  # the EXR layout's spelling: its channels are densities, per nm
 _NOT_STATED = ("", NOT_STATED, "unknown")
 
 
@@ -31,7 +29,7 @@ def unit_of(side: SpectralImage | PointSpectra) -> str:
         unit = "1"
     else:
         unit = str(side.attrs.get("unit", UNITS))
-    return UNITS if powers_of(unit) in (_RADIANCE, _EXR_RADIANCE) else unit.strip()
+    return UNITS if same_unit(unit, UNITS) else unit.strip() or NOT_STATED
 
 
 def is_radiance(unit: str) -> bool:
@@ -39,10 +37,10 @@ def is_radiance(unit: str) -> bool:
 
     Examples
     --------
-    >>> is_radiance("W m-2 sr-1 nm-1"), is_radiance("W/(m2 sr nm)"), is_radiance("1"), is_radiance("not stated")
-    (True, True, False, False)
+    >>> is_radiance("W/(m2 sr nm)"), is_radiance("W m-2 sr-1"), is_radiance("1"), is_radiance("not stated")
+    (True, False, False, False)
     """
-    return powers_of(unit) in (_RADIANCE, _EXR_RADIANCE)
+    return same_unit(unit, UNITS)
 
 
 def check_units(a: SpectralImage | PointSpectra, b: SpectralImage | PointSpectra, match: str) -> list[str]:
@@ -80,12 +78,13 @@ def check_units(a: SpectralImage | PointSpectra, b: SpectralImage | PointSpectra
     if match != "none":
         return [f"Units: {told}; only ratios are compared."]
     if any(unit.lower() in _NOT_STATED for unit in units):
-        return [f"Units: {told}; they are taken as the same."]
+        return [f"Units: {told}; they are taken as the same (a line '# unit: ...' states that of a table)."]
     raise OptionError(
         message(
             "the two sides have different units",
             got=told,
             expected="the same unit, or scales that are matched",
-            fix="match the scales: --match luminance, or --match POINT",
+            fix="match the scales (--match luminance, or --match POINT); if a table states no unit, or not the right "
+            "one, put a line '# unit: W m-2 sr-1 nm-1' above its header",
         )
     )
