@@ -101,6 +101,9 @@ def test_furnace_that_reflects_nothing_where_it_is_excited(tmp_path: Path) -> No
     assert np.isfinite(found).all()
     s, D_L, L = sampled(dark, GRID), luminescence(*DYE, GRID), sampled(light_values(), GRID)
     y = cavity(s, D_L, L)
+    assert found[:, 0] == pytest.approx(
+        np.broadcast_to(L, found[:, 0].shape), rel=1e-5
+    )  # the lamp, whatever S
     assert (found[:, 1][:, s == 0] == 0).all()
     assert (found[:, 3][:, s == 0] == 0).all()
     assert_mean(found[:, 1], y[1], 0.02)

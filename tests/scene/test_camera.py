@@ -168,6 +168,7 @@ def test_linear_and_affine_projections_are_found_again(model, columns):
         (POINTS[:5], "perspective", "too few"),
         (POINTS * [1, 1, 0], "perspective", "one plane"),
         (POINTS * [1, 1, 0], "affine", "one plane"),
+        (POINTS * [1, 1, 0] + [0, 0, 559], None, "one plane"),
         (POINTS[:, :1] * [1.0, 2.0, 3.0], "linear", "one plane"),
         (np.ones((8, 3)), "affine", "one plane"),
         (POINTS, "cubic", "linear, affine, perspective"),

@@ -279,3 +279,23 @@ def test_the_built_in_scene_needs_no_file_and_warns_of_nothing():
         matrix = scene.materials[object_row].on(Wavelengths(300, 780, 5))
     assert matrix.photon_yield().max() < 1
     assert matrix.is_fluorescent
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_the_unit_of_a_file_does_not_matter(tmp_path: Path, scale: float):
+    """A bead of a micrometre in metres has triangles of 1e-16: their normals are as good as those of a house."""
+    ball = trimesh.creation.icosphere(4)
+    ball.apply_scale(scale)
+    mesh = trimesh.load(object_file(saved(tmp_path / "ball.ply", ball)), process=False)
+    away = mesh.vertices - mesh.vertices.mean(axis=0)
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    assert np.sum(away * mesh.vertex_normals, axis=1) == pytest.approx(1, abs=1e-3)
+
+
+def test_a_body_beside_another_is_no_cavity_of_it(tmp_path: Path):
+    """A ball in the hole of a torus lies within its bounding box and not within it: wound inwards, it is turned."""
+    ring, ball = trimesh.creation.torus(2, 0.5), trimesh.creation.icosphere(2, radius=0.4)
+    volume = ring.volume + ball.volume
+    ball.invert()
+    mesh = read_mesh(saved(tmp_path / "both.ply", trimesh.util.concatenate([ring, ball])))
+    assert mesh.volume == pytest.approx(volume, rel=1e-6)

@@ -7,9 +7,19 @@ import pytest
 import trimesh
 
 from fluorspar.errors import OptionError, SceneError
+from fluorspar.spectral.donaldson import DonaldsonMatrix
+from fluorspar.spectral.wavelengths import Wavelengths
+from fluorspar.staged import emission
+from fluorspar.staged.emission import refine
 from fluorspar.staged.mesh import TriangleMesh
 from fluorspar.staged.options import StagedOptions
-from fluorspar.staged.patches import decimated_patches, mesh_patches, planar_patches, split_patches
+from fluorspar.staged.patches import (
+    EmitterArray,
+    decimated_patches,
+    mesh_patches,
+    planar_patches,
+    split_patches,
+)
 
 
 def of(mesh, normals=False):
@@ -177,3 +187,50 @@ def test_a_mesh_without_area_is_refused():
         TriangleMesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))
     with pytest.raises(SceneError, match="no triangle with an area"):
         TriangleMesh(np.eye(3), np.zeros((0, 3), dtype=int))
+
+
+@pytest.mark.parametrize("scale", [0.001, 1.0, 165.0, 1e6])
+@pytest.mark.parametrize("count", [20, 100])
+def test_decimation_does_not_depend_on_the_unit_of_length(count: int, scale: float) -> None:
+    ball = trimesh.creation.icosphere(4)
+    array = decimated_patches(TriangleMesh(scale * np.asarray(ball.vertices), np.asarray(ball.faces)), count)
+    assert 0.9 * count <= len(array) <= count
+    assert array.gain.max() < 3  # no slivers
+    assert (array.gain * array.copy.areas).sum() == pytest.approx(array.mesh.areas.sum())
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        ({"emitters": 65}, "emitters is out of range"),
+        ({"patches": 5000}, "patches is out of range"),
+        ({"mode": "decimated", "tolerance": 0.1}, "decimated copy are not subdivided"),
+        ({"tolerance": True}, "tolerance is out of range"),
+    ],
+)
+def test_options_that_cannot_work_are_refused(options: dict[str, object], fault: str) -> None:
+    with pytest.raises(OptionError, match=fault):
+        StagedOptions(**options)
+
+
+def test_the_light_paths_of_one_look_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bright spot and noise beyond the tolerance: patches become more, each look costs no more than the limit."""
+    monkeypatch.setattr(emission, "_MOST_PATHS", 1 << 15)
+    monkeypatch.setattr(emission, "_MOST_PATCHES", 128)
+    square = TriangleMesh(
+        np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    )
+    looks: list[int] = []
+    rng = np.random.default_rng(1)
+
+    def probe(array: EmitterArray, samples: int, stream: int) -> np.ndarray:
+        looks.append(samples * len(array))
+        middle = np.array([piece.centroids.mean(axis=0) for piece in array.emitters()])
+        spot = 1 / (0.001 + ((middle[:, :2] - 0.3) ** 2).sum(axis=1))
+        noise = 4 * rng.normal(0, 1, len(spot)) / np.sqrt(samples)
+        return np.repeat((spot * (1 + noise))[:, None], 31, axis=1)
+
+    w = Wavelengths(400, 700, 10)
+    matrix = DonaldsonMatrix(w, np.full(31, 0.1), [np.full(31, 0.1)], [np.full(31, 1 / 300)])
+    refine(planar_patches(square, 2), matrix, probe, tolerance=0.05, samples=64)
+    assert max(looks) <= 1 << 15

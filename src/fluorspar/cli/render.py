@@ -144,11 +144,12 @@ def render(
         repeats=repeats,
     )
     check_outputs(output, pictures, (scene, mesh))
+    defined = pairs(define or [], "-D")
     loaded = load_scene(
         scene,
         materials=pairs(material or [], "--material"),
         matte=matte,
-        parameters=pairs(define or [], "-D") | mesh_parameter(scene, mesh),
+        parameters=defined | mesh_parameter(scene, mesh, defined),
         library=library or [],
     )
     with console.progress_bar(f"rendering {scene}") as progress:

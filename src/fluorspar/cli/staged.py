@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,16 +41,19 @@ def staged_options(method: str, **given: Any) -> StagedOptions | None:
     return StagedOptions(**chosen)
 
 
-def mesh_parameter(scene: str, mesh: Path | None) -> dict[str, str]:
+def mesh_parameter(scene: str, mesh: Path | None, defined: Mapping[str, str]) -> dict[str, str]:
     """The parameter that `--mesh` gives to the scene `cornell-mesh`.
 
     Raises
     ------
     OptionError
-        If it is given for another scene.
+        If it is given for another scene, or `-D mesh=` as well.
     """
     if mesh is None:
         return {}
+    if "mesh" in defined:
+        fault, got = "the mesh is given twice", f"--mesh {mesh} and -D mesh={defined['mesh']}"
+        raise OptionError(message(fault, where="--mesh", got=got, fix="leave one of them out"))
     if scene != "cornell-mesh":
         raise OptionError(
             message(

@@ -20,7 +20,6 @@ from fluorspar.scene.correspondences import (
     distinct,
     is_exact,
     perspective_design,
-    spread,
 )
 from fluorspar.scene.nodes import build, copy_nodes, resolving
 from fluorspar.scene.renderer import SPECTRUM_VARIANT, use_variant
@@ -31,10 +30,9 @@ __all__ = ["MODELS", "Camera", "Projection", "camera_of", "estimate_projection"]
 
 Array = NDArray[np.float64]
 
+_PLANAR = 1e-7  # smallest singular value over largest, of normalised coordinates
 MODELS = {"linear": 3, "affine": 4, "perspective": 6}
 """Kinds of projections that can be estimated, and how many correspondences each needs."""
-
-_PLANAR = 1e-7  # smallest singular value over largest, of normalised coordinates
 
 
 @dataclass(frozen=True)
@@ -180,7 +178,8 @@ def estimate_projection(points: ArrayLike, pixels: ArrayLike, model: str | None 
         "linear": pixels = M x with M of 2 x 3, from 3 points on, for coordinates relative to a common origin
         (the paper's Eq. 16); "affine": 2 x 4, from 4 points on; "perspective": 3 x 4, from 6 points on, two
         of them off any plane, by the normalised direct linear transform. Default: the last of these for
-        which there are enough different points, where they are not in one plane.
+        which there are enough different points. For points in one plane say "linear", if their coordinates are
+        relative to the point at pixel (0, 0).
 
     Returns
     -------
@@ -219,8 +218,7 @@ def estimate_projection(points: ArrayLike, pixels: ArrayLike, model: str | None 
         raise OptionError(message("a coordinate is not a finite number", expected="finite points and pixels"))
     if model is None:
         possible = [name for name, least in MODELS.items() if len(distinct(x)) >= least]
-        planar = len(x) >= 4 and spread(x - x.mean(axis=0))[2] < _PLANAR
-        model = "linear" if not possible or planar else possible[-1]
+        model = possible[-1] if possible else "linear"
     if model not in MODELS:
         raise OptionError(message("there is no such projection", got=repr(model), expected=", ".join(MODELS)))
     count = len(distinct(x)) if model == "perspective" else len(x)

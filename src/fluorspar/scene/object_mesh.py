@@ -6,6 +6,7 @@ from __future__ import annotations
 import atexit
 import hashlib
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,7 +103,15 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
     SceneNotice
         If stray components were dropped, faces turned, or the mesh is not watertight.
     """
-    return repaired(read_triangles(path), path.name)
+    import trimesh
+
+    read = read_triangles(path)
+    # normals of triangles that are small in the unit of the file would be taken for those of none
+    low, extent = read.vertices.min(axis=0), float(np.ptp(read.vertices, axis=0).max())
+    mesh = repaired(replace(read, vertices=(read.vertices - low) / extent), path.name)
+    return trimesh.Trimesh(
+        mesh.vertices * extent + low, mesh.faces, vertex_normals=mesh.vertex_normals, process=False
+    )
 
 
 def _ply(vertices: NDArray[np.floating], faces: NDArray[np.integer], normals: NDArray[np.floating]) -> bytes:

@@ -22,8 +22,8 @@ def turned_faces(vertices: Array, faces: Faces, name: str) -> Chosen:
     """Find the faces to turn: those against their neighbours, and parts that face inwards.
 
     Faces hang together across edges that exactly two of them share. Within such a part the winding of the larger
-    area counts. A part faces inwards if the volume between it and its centroid is negative; a part within the
-    bounding box of another may be the wall of a cavity and stays as it is, relative to the whole.
+    area counts. A part faces inwards if the volume between it and its centroid is negative; a part that another
+    encloses may be the wall of a cavity and stays as it is, relative to the whole.
 
     Parameters
     ----------
@@ -116,8 +116,25 @@ def _inward(triangles: Array, part: NDArray[np.int64], closed: Chosen) -> Chosen
     whole = volumes.sum() < 0
     inwards = (volumes > 0) if whole else (volumes < 0)
     for index in np.flatnonzero(inwards):
-        inwards[index] = not ((low < low[index]) & (high > high[index])).all(axis=1).any()
+        around = np.flatnonzero(((low < low[index]) & (high > high[index])).all(axis=1))
+        point = triangles[np.argmax(part == index), 0]
+        inwards[index] = not any(_encloses(triangles[part == other], point) for other in around)
     return np.asarray(inwards ^ whole)
+
+
+def _encloses(triangles: Array, point: Array) -> bool:
+    """Whether triangles of shape (F, 3, 3), of a closed surface, enclose a point: they fill all directions from it.
+
+    References
+    ----------
+    A. Van Oosterom, J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30(2), 1983.
+    """
+    a, b, c = np.moveaxis(triangles - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    dots = [np.sum(x * y, axis=1) for x, y in ((a, b), (b, c), (c, a))]
+    below = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
+    angles = 2 * np.arctan2(np.sum(a * np.cross(b, c), axis=1), below)
+    return bool(abs(angles.sum()) > 2 * np.pi)
 
 
 def _tell(text: str) -> None:

@@ -172,6 +172,7 @@ def refine(
     stream = 0
     while True:
         pieces, parent = _eighths(array)
+        samples = max(1, min(samples, _MOST_PATHS // len(pieces)))  # pieces become more and more
         first, second = (
             luminescence(matrix, probe(pieces, samples, stream + k)).sum(axis=1) for k in range(2)
         )

@@ -175,7 +175,8 @@ def _repeat(p: Passes, repeat: int, objects: Sequence[FluorescentObject]) -> NDA
         p.compile(p.base, p.lights, depth)
         with p.watch.timing(name):
             images.append(p.picture(p.base, p.albedo, p.lights, views, p.every, depth))
-    source, direct, everything = images[0], images[1] - images[0], images[2] - images[0]
+    source = images[0]
+    direct, everything = (image.without(source) for image in images[1:])
 
     with p.watch.timing("components 2 and 4"):
         light_i = {

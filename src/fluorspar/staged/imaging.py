@@ -132,10 +132,21 @@ class Layers:
     light
         By material row, ndarray of shape (Y, X, N): the illumination E of that material times the share of
         the pixel it fills.
+    surplus
+        ndarray of shape (Y, X, N): the share 1 - S / albedo of what is seen of materials whose S is too small to
+        divide by, and which were rendered with a larger albedo; None where there are none.
     """
 
     image: Pixels
     light: dict[int, Pixels] = field(default_factory=dict)
+    surplus: Pixels | None = None
+
+    def without(self, source: Layers) -> Layers:
+        """Take out what is seen of lamps themselves, and what a larger albedo than S has added to the rest."""
+        image = self.image - source.image
+        if self.surplus is not None and source.surplus is not None:
+            image -= self.surplus - source.surplus
+        return Layers(image, {row: e - source.light[row] for row, e in self.light.items()})
 
     def __sub__(self, other: Layers) -> Layers:
         return Layers(self.image - other.image, {row: e - other.light[row] for row, e in self.light.items()})
@@ -160,8 +171,7 @@ def render_bands(
     Parameters
     ----------
     albedo, reflectance : ndarray of shape (rows, N)
-        What the renderer is given, and S: they differ where S is too small to divide by. The image is that of
-        S at the surface the camera sees.
+        What the renderer is given, and S: they differ where S is too small to divide by.
     emission : ndarray of shape (emitters, N)
     views
         Its rows are the materials whose share of the image, as illumination, is wanted.
@@ -176,6 +186,7 @@ def render_bands(
     image = np.zeros((height * width, bands), dtype=np.float32)
     light = {row: np.zeros((height * width, bands), dtype=np.float32) for row in views.seen[0]}
     share = 1.0 / views.sampling.samples
+    surplus: Pixels | None = None
     offers = scene if isinstance(scene, OffersIrradiance) else None
     if offers:
         albedo = reflectance  # nothing is divided by it
@@ -196,12 +207,13 @@ def render_bands(
                 for k, band in enumerate(group):
                     found = share * np.bincount(pixel, flat[at, k], minlength=height * width)
                     if not offers:
-                        # where S is too small, the image was rendered with a larger albedo
                         excess = 1 - reflectance[row, band] / albedo[row, band]
                         if excess > 0:
-                            image[:, band] -= (excess * found).astype(np.float32)
+                            surplus = np.zeros_like(image) if surplus is None else surplus
+                            surplus[:, band] += (excess * found).astype(np.float32)
                         found /= albedo[row, band]
                     light[row][:, band] += found.astype(np.float32)
             tick()
     shape = (height, width, bands)
-    return Layers(image.reshape(shape), {row: e.reshape(shape) for row, e in light.items()})
+    layers = {row: e.reshape(shape) for row, e in light.items()}
+    return Layers(image.reshape(shape), layers, None if surplus is None else surplus.reshape(shape))

@@ -191,7 +191,7 @@ def _emitter_render(
             everything, itself = (
                 p.picture(item.scene, albedo, positive, seen, groups, depth) for depth in (p.depth, 1)
             )
-            return everything - itself
+            return everything.without(itself)
 
         extra = 2 * len(views.seeds)
         return _signed(p, radiance, p.emitted, shown, extra)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from fluorspar.errors import OptionError, message
 from fluorspar.scene.scene import whole
 
@@ -16,6 +18,7 @@ ALBEDO_FLOOR = 1e-3
 0."""
 
 _WHERE = "an option of the staged method"
+_MOST = {"emitters": 64, "patches": 4096}
 _POSITIVE = ("emitters", "patches", "bounces", "repeats", "patch_samples")
 
 
@@ -84,6 +87,16 @@ class StagedOptions:
                         f"{name} is out of range", where=_WHERE, got=getattr(self, name), expected="1 or more"
                     )
                 )
+        for name, most in _MOST.items():
+            if getattr(self, name) > most:
+                raise OptionError(
+                    message(
+                        f"{name} is out of range",
+                        where=_WHERE,
+                        got=getattr(self, name),
+                        expected=f"1 to {most}: each emitter is a light of its own",
+                    )
+                )
         if self.mode not in ("true", "decimated"):
             raise OptionError(
                 message(
@@ -94,7 +107,9 @@ class StagedOptions:
                 )
             )
         if self.tolerance is not None and not (
-            isinstance(self.tolerance, (int, float)) and self.tolerance > 0
+            isinstance(self.tolerance, (int, float, np.number))
+            and not isinstance(self.tolerance, bool)
+            and self.tolerance > 0
         ):
             raise OptionError(
                 message(
@@ -102,6 +117,16 @@ class StagedOptions:
                     where=_WHERE,
                     got=repr(self.tolerance),
                     expected="a number greater than 0",
+                )
+            )
+        if self.tolerance is not None and self.mode == "decimated":
+            raise OptionError(
+                message(
+                    "the faces of a decimated copy are not subdivided",
+                    where=_WHERE,
+                    got=f"mode 'decimated' with a tolerance of {self.tolerance:g}",
+                    expected="one of them",
+                    fix="use mode 'true'",
                 )
             )
         if self.exclude_emitter_geometry and self.bounces > 1:
