@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ExtrapolationWarning
+from fluorspar.measure.figure_style import COLOUR_A, COLOUR_B, blank, styled
 from fluorspar.spectral.fitting import MaterialFit
 from fluorspar.spectral.lamp_colour import LampColour, colour_under_lamp
 from fluorspar.spectral.material import Material
@@ -23,24 +24,11 @@ __all__ = ["fit_figure", "lamp_figure", "material_figure"]
 
 Array = NDArray[np.float64]
 
-# Okabe and Ito's colours, which most colour-blind readers can tell apart
-_BLUE, _RED, _INK = "#0072B2", "#D55E00", "0.15"
+_BLUE, _RED, _INK = COLOUR_A, COLOUR_B, "0.15"
 _DOTS: dict[str, Any] = {"color": "0.55", "marker": ".", "linestyle": "", "markersize": 3}
 _SAME = 1e-6  # nm
 _DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (5, 1, 1, 1)))  # of the first, second, ... fluorophore
 _WIDE = Wavelengths(300, 780, 5)
-_STYLE = {
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.labelsize": 8.0,
-    "xtick.labelsize": 7.0,
-    "ytick.labelsize": 7.0,
-    "legend.fontsize": 7.0,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "lines.linewidth": 1.2,
-}
 
 
 def material_figure(material: Material) -> Figure:
@@ -55,7 +43,7 @@ def material_figure(material: Material) -> Figure:
     >>> [len(material_figure(material(name)).axes) for name in ("gray-18", "poster-red")]
     [1, 5]
     """
-    return _styled(_material, material)
+    return styled(_material, material)
 
 
 def fit_figure(fit: MaterialFit) -> Figure:
@@ -71,7 +59,7 @@ def fit_figure(fit: MaterialFit) -> Figure:
     >>> fit_figure(fit).axes[0].get_title(loc="left")
     'measured'
     """
-    return _styled(_fit, fit)
+    return styled(_fit, fit)
 
 
 def lamp_figure(colour: LampColour, name: str) -> Figure:
@@ -83,31 +71,17 @@ def lamp_figure(colour: LampColour, name: str) -> Figure:
     >>> lamp_figure(colour_under_lamp(material("poster-red")), "poster-red").axes[0].get_ylabel()
     'radiance factor'
     """
-    return _styled(_lamp, colour, name)
-
-
-def _styled(draw: Any, *args: Any) -> Figure:
-    from matplotlib import rc_context
-
-    with rc_context(_STYLE):
-        figure: Figure = draw(*args)
-    return figure
-
-
-def _new(width: float, height: float) -> Figure:
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), layout="constrained")
+    return styled(_lamp, colour, name)
 
 
 def _material(material: Material) -> Figure:
     colour = _daylight(material)
     if not material.fluorescent:
-        figure = _new(3.6, 2.4)
+        figure = blank(3.6, 2.4)
         _shown(figure.subplots(), colour, material.name)
         return figure
     factors = bool(material.fluorophores)
-    figure = _new(7.2, 2.4)
+    figure = blank(7.2, 2.4)
     panels = figure.subplots(1, 3 if factors else 2, width_ratios=(1, 1, 1.05) if factors else (1, 1))
     _shown(panels[0], colour, material.name)
     if factors:
@@ -128,7 +102,7 @@ def _fit(fit: MaterialFit) -> Figure:
     fitted = _fitted(fit)
     noise = fit.noise.white / measured.step
     limit = float(np.percentile(fitted[fitted > 0], 99)) if fitted.any() else 4 * noise
-    figure = _new(7.2, 4.4)
+    figure = blank(7.2, 4.4)
     panels = figure.subplots(2, 3)
     _matrix(panels[0, 0], measured.density, ex, em, "measured", limit, bar="inside")
     _matrix(panels[0, 1], fitted, ex, em, f"fit: {_rank(fit.rank)}", limit, bar="inside")
@@ -168,7 +142,7 @@ def _fitted(fit: MaterialFit) -> Array:
 def _lamp(colour: LampColour, name: str) -> Figure:
     from textwrap import fill
 
-    figure = _new(3.6, 2.7)
+    figure = blank(3.6, 2.7)
     panel = figure.subplots()
     _parts(panel, colour)
     share = 0.85 * colour.light / colour.light.max()

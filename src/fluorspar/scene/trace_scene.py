@@ -17,6 +17,7 @@ from fluorspar.scene.surfaces import ABSORBS, Surface
 __all__ = ["NO_ROW", "TraceScene", "build_trace_scene", "set_film"]
 
 NO_ROW = 0xFFFF  # in the row table: this side of the shape absorbs everything
+_FEW = 64  # nodes of a scene that are built one by one
 
 
 @dataclass(frozen=True)
@@ -81,19 +82,15 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     set_film(state, scene)
 
     with resolving(scene.base):
-        built = build(state)
+        parts = _parts(state)
     row_of_id = {f"light-{light.node}": row for row, light in enumerate(scene.lights)}
     surface_of_id = {f"surface-{surface.node}": surface for surface in scene.surfaces}
-    shapes = [_Rows(shape, [surface_of_id[shape.id()]]) for shape in built.shapes()]
-    joined = _join(shapes)
-    if len(joined) < len(shapes):
-        lights = [
-            emitter for emitter in built.emitters() if scene.lights[row_of_id[emitter.id()]].plugin != "area"
-        ]
-        parts = [*lights, *(part.shape for part in joined)]
-        # A key becomes the id of what it holds, and ids say which light is which.
-        named = {part.id(): part for part in parts}
-        built = mi.load_dict({"type": "scene", "sensor": built.sensors()[0], **named}, optimize=False)
+    shapes = [part for part in parts if isinstance(part, mi.Shape)]
+    joined = _join([_Rows(shape, [surface_of_id[shape.id()]]) for shape in shapes])
+    others = [part for part in parts if not isinstance(part, mi.Shape)]
+    # A key becomes the id of what it holds, and ids say which light is which.
+    named = {part.id(): part for part in (*others, *(part.shape for part in joined))}
+    built = mi.load_dict({"type": "scene", **named}, optimize=False)
     sensor = built.sensors()[0]
     sampler = sensor.sampler().clone()
     sampler.set_sample_count(scene.settings.spp)
@@ -113,6 +110,22 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     return TraceScene(
         built, sensor, sampler, first_row, per_primitive, np.concatenate(rows), light_of_emitter
     )
+
+
+def _parts(state: Any) -> list[Any]:
+    """Build the sensor, the lights that are no surfaces, and the shapes.
+
+    One by one, because a scene around them would build a tree of all triangles that is not used; at once where there
+    are many, because each by itself costs a copy of the nodes.
+    """
+    found = [child for _, child in children(state, 0)]
+    if len(found) <= _FEW:
+        return [build(state, child) for child in found]
+    built = build(state)
+    shapes = built.shapes()
+    of_shapes = {shape.emitter().id() for shape in shapes if shape.is_emitter()}
+    lights = [emitter for emitter in built.emitters() if emitter.id() not in of_shapes]
+    return [built.sensors()[0], *lights, *shapes]
 
 
 @dataclass(frozen=True)
