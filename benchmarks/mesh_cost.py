@@ -1,6 +1,6 @@
 """What a mesh of many triangles costs the one-pass method: `cornell-mesh` with it against `cornell-box`.
 
-python benchmarks/mesh_cost.py [MESH] [--size 256] [--spp 64] [--pairs 3]
+python benchmarks/mesh_cost.py [MESH] [--size 512] [--spp 64] [--pairs 3]
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def seconds(scene: Scene, seed: int) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("mesh", nargs="?")
-    parser.add_argument("--size", type=int, default=256)
+    parser.add_argument("--size", type=int, default=512)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--pairs", type=int, default=3)
     args = parser.parse_args()
