@@ -88,7 +88,8 @@ class StagedOptions:
                     )
                 )
         for name, most in _MOST.items():
-            if getattr(self, name) > most:
+            # a decimated mesh is limited by its own number of faces
+            if getattr(self, name) > most and not (name == "patches" and self.mode == "decimated"):
                 raise OptionError(
                     message(
                         f"{name} is out of range",
