@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import MaterialError, PhotonYieldWarning, message
 
-__all__ = ["MOST_PHOTON_YIELD", "check_photon_yield", "check_stokes_side", "photon_yield"]
+__all__ = ["MOST_PHOTON_YIELD", "SPARE_PHOTONS", "check_photon_yield", "check_stokes_side", "photon_yield"]
 
 Array = NDArray[np.float64]
 
 MOST_PHOTON_YIELD = 1.15  # more than measurement error explains
+SPARE_PHOTONS = 0.01  # per photon, that a reflectance assumed beside luminescence leaves free
 _ROUNDING = 1e-6
 _SIGNIFICANT = 5.0  # standard errors
 

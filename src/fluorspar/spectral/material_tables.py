@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import MaterialError, message
+from fluorspar.spectral.checks import SPARE_PHOTONS
 from fluorspar.spectral.conversions import stokes_weights
 from fluorspar.spectral.factorise import Factors
 from fluorspar.spectral.measured import MeasuredMatrix
@@ -20,7 +21,6 @@ Array = NDArray[np.float64]
 
 _NEGLIGIBLE = 1e-4  # of the highest value of a spectrum; written as 0
 _SAME = 1e-6  # nm, or photons per photon
-_SPARE = 0.01  # photons per photon that an assumed reflectance leaves free
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +141,7 @@ def _conserving(tables: MaterialTables, was_measured: NDArray[np.bool_], toleran
     density = (tables.emission.T @ tables.excitation) * stokes_weights(len(w), "half")
     luminescent = h * (w @ density) / w
     lowest = np.where(was_measured, tables.reflectance - tolerance, 0.0).clip(0.0)
-    room = 1 - luminescent - np.where(was_measured | (luminescent <= 0), 0.0, _SPARE)
+    room = 1 - luminescent - np.where(was_measured | (luminescent <= 0), 0.0, SPARE_PHOTONS)
     reflectance = np.minimum(tables.reflectance, np.maximum(room, lowest))
     over = reflectance + luminescent > 1 + _SAME
     factor = np.where(over, (1 - reflectance) / np.maximum(luminescent, _SAME), 1.0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, MaterialError, message
-from fluorspar.spectral.checks import check_stokes_side, photon_yield
+from fluorspar.spectral.checks import SPARE_PHOTONS, check_stokes_side, photon_yield
 from fluorspar.spectral.matrix_noise import estimate_noise, stokes_shift
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -184,7 +184,7 @@ class MeasuredMatrix:
         if self.room is not None:
             return self.room
         lit = photon_yield(self._luminescent_cells(), self.emission, self.excitation)
-        return np.where(lit > 0, np.clip(0.99 - lit, 0.0, 1.0), 1.0)
+        return np.where(lit > 0, np.clip(1 - SPARE_PHOTONS - lit, 0.0, 1.0), 1.0)
 
     def _is_diagonal(self) -> NDArray[np.bool_]:
         return np.abs(self.emission[:, None] - self.excitation[None, :]) < _SAME

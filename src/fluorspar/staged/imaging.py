@@ -151,9 +151,6 @@ class Layers:
     def __sub__(self, other: Layers) -> Layers:
         return Layers(self.image - other.image, {row: e - other.light[row] for row, e in self.light.items()})
 
-    def __add__(self, other: Layers) -> Layers:
-        return Layers(self.image + other.image, {row: e + other.light[row] for row, e in self.light.items()})
-
 
 def render_bands(
     scene: LoadedScene,

@@ -14,6 +14,7 @@ from fluorspar.cli.materials.common import (
     check_plot,
     hexadecimal,
     swatch,
+    write_columns,
     write_plot,
 )
 from fluorspar.cli.options import LibraryOption, material_files
@@ -143,13 +144,11 @@ def _three(values: object, digits: int) -> str:
 
 def _write(found: LampColour, path: Path) -> None:
     """Write radiance factors as a table; empty cells where the lamp is dark."""
-    import numpy as np
-
-    from fluorspar.image.atomic import replacing
-
-    columns = (found.light, found.reflected_factor, found.luminescent_factor, found.radiance_factor)
-    lines = [f"# light: {found.lamp}", "wavelength,light,reflected,luminescent,total"]
-    for row in zip(found.grid.values, *columns, strict=True):
-        lines.append(",".join("" if np.isnan(value) else f"{value:.6g}" for value in row))
-    with replacing(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    columns = {
+        "wavelength": found.grid.values,
+        "light": found.light,
+        "reflected": found.reflected_factor,
+        "luminescent": found.luminescent_factor,
+        "total": found.radiance_factor,
+    }
+    write_columns(path, f"light: {found.lamp}", columns)

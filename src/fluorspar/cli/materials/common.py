@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -9,7 +10,7 @@ import typer
 from numpy.typing import ArrayLike
 
 from fluorspar.errors import OptionError, message
-from fluorspar.image.atomic import check_target, replacing
+from fluorspar.image.atomic import check_not_input, check_target, replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,9 +18,11 @@ if TYPE_CHECKING:
 __all__ = [
     "MaterialArgument",
     "PlotOption",
+    "check_material_target",
     "check_plot",
     "hexadecimal",
     "swatch",
+    "write_columns",
     "write_plot",
 ]
 
@@ -83,6 +86,40 @@ def check_plot(path: Path | None) -> None:
         fault, fix = "the suffix names no format of figures", "rename the file"
         raise OptionError(message(fault, where="--plot", got=path, expected=expected, fix=fix))
     check_target(path)
+
+
+def check_material_target(path: Path, *inputs: str | Path | None) -> None:
+    """Find out before any work whether a material file can be written.
+
+    Raises
+    ------
+    OptionError
+        If it is no `.csv` file, or one of the files that are read.
+    ImageError
+        If the folder does not exist or may not be written to.
+    """
+    if path.suffix.lower() != ".csv":
+        fault = "a material file is a .csv file"
+        raise OptionError(message(fault, where="--output", got=path, fix=f"write {path.stem}.csv"))
+    check_target(path)
+    check_not_input(path, *inputs)
+
+
+def write_columns(path: Path, about: str, columns: Mapping[str, ArrayLike]) -> None:
+    """Write a table with a comment line above it; cells that are NaN stay empty.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written; what was there before then stays.
+    """
+    import numpy as np
+
+    lines = [f"# {about}", ",".join(columns)]
+    for row in zip(*map(np.asarray, columns.values()), strict=True):
+        lines.append(",".join("" if np.isnan(value) else f"{value:.6g}" for value in row))
+    with replacing(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def write_plot(figure: Figure, path: Path) -> None:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from fluorspar.cli import console
+from fluorspar.cli.materials.common import check_material_target
 from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.errors import OptionError, message
-from fluorspar.image.atomic import check_not_input, check_target
 
 if TYPE_CHECKING:
     from fluorspar.spectral.dye import Units
@@ -50,14 +50,10 @@ def dye(
     from fluorspar.spectral.library import material
     from fluorspar.spectral.material_file import write_material
 
-    if output.suffix.lower() != ".csv":
-        fault = "a material file is a .csv file"
-        raise OptionError(message(fault, where="--output", got=output, fix=f"write {output.stem}.csv"))
     if units not in (None, "photon", "energy"):
         fault, expected = "there are no such units", "photon or energy"
         raise OptionError(message(fault, where="--units", got=units, expected=expected))
-    check_target(output)
-    check_not_input(output, excitation, emission, *material_files(substrate, library or []))
+    check_material_target(output, excitation, emission, *material_files(substrate, library or []))
     try:
         dyed: float | str = float(substrate)
     except ValueError:

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.materials.common import PlotOption, check_plot, write_plot
+from fluorspar.cli.materials.common import PlotOption, check_material_target, check_plot, write_plot
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, OptionError, message
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
     from fluorspar.spectral.material import Material
     from fluorspar.spectral.measured import MeasuredMatrix
+    from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["fit"]
 
@@ -48,24 +50,17 @@ def fit(
 
     Example:  fluorspar materials fit sheet.bfc -o my-paint.csv --rank 1
     """
-    from dataclasses import replace
-
     from fluorspar.cli.materials.matrices import read_matrix
-    from fluorspar.image.atomic import check_not_input, check_target
     from fluorspar.spectral.fit_quality import fit_quality
     from fluorspar.spectral.fit_report import report_fit
     from fluorspar.spectral.fitting import fit_material
     from fluorspar.spectral.material_file import write_material
     from fluorspar.spectral.material_resampling import resampled
 
-    if output.suffix.lower() != ".csv":
-        fault = "a material file is a .csv file"
-        raise OptionError(message(fault, where="--output", got=output, fix=f"write {output.stem}.csv"))
     if rank is not None and not 0 <= rank <= _MOST:
         expected = f"0 to {_MOST}"
         raise OptionError(message("the rank is impossible", where="--rank", got=rank, expected=expected))
-    check_target(output)
-    check_not_input(output, file)
+    check_material_target(output, file)
     check_plot(plot)
     grid = None if wavelengths is None else Wavelengths.parse(wavelengths)
     measured = read_matrix(file)
@@ -98,33 +93,35 @@ def fit(
 
 
 def _support(grid: Wavelengths | None, measured: MeasuredMatrix) -> tuple[float, float]:
-    """Return a range of measured wavelengths, extended, that covers 300 to 780 nm and a grid."""
-    first, step = measured.emission[0], measured.step
-    start, stop = (300.0, 780.0) if grid is None else (min(300.0, grid.start), max(780.0, grid.stop))
+    """Return a range that covers 300 to 780 nm and a grid, from one wavelength of the measurement, continued, on."""
     if grid is None:
-        return start, stop
-    below, above = math.floor((start - first) / step + 1e-6), math.ceil((stop - first) / step - 1e-6)
+        return 300.0, 780.0
+    first, step = measured.emission[0], measured.step
+    below = math.floor((min(300.0, grid.start) - first) / step + 1e-6)
+    above = math.ceil((max(780.0, grid.stop) - first) / step - 1e-6)
     return first + below * step, first + above * step
 
 
 def _warn_of_range(fitted: Material, measured: MeasuredMatrix, grid: Wavelengths | None) -> None:
     """Say what a table leaves out of a measurement, or goes beyond it without a word in the spectra themselves."""
-    if grid is not None and grid.step > measured.step + 1e-6:
-        text = f"a table by {grid.step:g} nm is coarser than the measurement, by {measured.step:g} nm"
-        warnings.warn(f"{text}: see the CIEDE2000 it costs", ApproximationWarning, stacklevel=3)
-    import numpy as np
-
-    from fluorspar.spectral.spectrum import trapezoid
-
-    for dye in fitted.fluorophores:
-        for what, spectrum in (("excitation", dye.excitation), ("emission", dye.emission)):
-            w, values = spectrum.wavelengths, spectrum.values
-            inside = values if grid is None else np.where((w >= grid.start) & (w <= grid.stop), values, 0.0)
-            lost = 1 - trapezoid(inside, w) / trapezoid(values, w)
-            if lost > _LOST:
-                text = f"{grid} leaves out {100 * lost:.0f} % of the {what} of '{fitted.name}'"
-                warnings.warn(text, ApproximationWarning, stacklevel=3)
     first = float(measured.excitation[0])
     if fitted.fluorophores and first > (300.0 if grid is None else grid.start) + 1e-6:
         text = f"excitation was not measured below {first:g} nm: ultraviolet light excites nothing in '{fitted.name}'"
         warnings.warn(text, ExtrapolationWarning, stacklevel=3)
+    if grid is None:
+        return
+    if grid.step > measured.step + 1e-6:
+        text = f"a table by {grid.step:g} nm is coarser than the measurement, by {measured.step:g} nm"
+        warnings.warn(f"{text}: see the CIEDE2000 it costs", ApproximationWarning, stacklevel=3)
+    for dye in fitted.fluorophores:
+        for what, spectrum in (("excitation", dye.excitation), ("emission", dye.emission)):
+            lost = 1 - _within(spectrum, grid).integral() / spectrum.integral()
+            if lost > _LOST:
+                text = f"{grid} leaves out {100 * lost:.0f} % of the {what} of '{fitted.name}'"
+                warnings.warn(text, ApproximationWarning, stacklevel=3)
+
+
+def _within(spectrum: Spectrum, grid: Wavelengths) -> Spectrum:
+    """A spectrum that is 0 outside a grid."""
+    inside = (spectrum.wavelengths >= grid.start) & (spectrum.wavelengths <= grid.stop)
+    return replace(spectrum, values=spectrum.values * inside)

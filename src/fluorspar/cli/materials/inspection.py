@@ -15,6 +15,7 @@ from fluorspar.cli.materials.common import (
     check_plot,
     hexadecimal,
     swatch,
+    write_columns,
     write_plot,
 )
 from fluorspar.cli.options import LibraryOption, material_files
@@ -24,6 +25,7 @@ from fluorspar.image.atomic import check_not_input, check_target
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from fluorspar.spectral.donaldson import DonaldsonMatrix
     from fluorspar.spectral.fit_report import FitReport
     from fluorspar.spectral.fitting import MaterialFit
     from fluorspar.spectral.material import Material
@@ -182,45 +184,40 @@ def _qualities(fits: list[_Fit]) -> Table:
 
 def _write_yields(path: Path, made: Material, report: FitReport | None) -> None:
     """Write yields by excitation wavelength: of a material, or of a fit and of the measurement."""
-    import numpy as np
-
-    from fluorspar.errors import ExtrapolationWarning
-    from fluorspar.image.atomic import replacing
-    from fluorspar.spectral.wavelengths import Wavelengths
-
     if report is None:
-        grid = Wavelengths(300, 780, 5)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ExtrapolationWarning)
-            D = made.on(grid)
-        columns = {"photon_yield": D.photon_yield(), "energy_yield": D.energy_yield()}
-    else:
-        grid = report.grid
+        D = _wide(made)
         columns = {
+            "excitation": D.wavelengths.values,
+            "photon_yield": D.photon_yield(),
+            "energy_yield": D.energy_yield(),
+        }
+    else:
+        columns = {
+            "excitation": report.grid.values,
             "photon_yield_measured": report.measured_photon_yield,
             "photon_yield_fit": report.photon_yield,
             "energy_yield_measured": report.measured_energy_yield,
             "energy_yield_fit": report.energy_yield,
         }
-    about = "# what is reflected is included; empty where the reflectance was not measured"
-    lines = [about, f"excitation,{','.join(columns)}"]
-    for row in zip(grid.values, *columns.values(), strict=True):
-        lines.append(",".join("" if np.isnan(value) else f"{value:.6g}" for value in row))
-    with replacing(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    about = "what is reflected is included; empty where the reflectance was not measured"
+    write_columns(path, about, columns)
 
 
 def _yields(made: Material) -> None:
-    from fluorspar.errors import ExtrapolationWarning
-    from fluorspar.spectral.wavelengths import Wavelengths
-
-    grid = Wavelengths(300, 780, 5)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
-        D = made.on(grid)
+    D = _wide(made)
     for label, values in (("photon yield", D.photon_yield()), ("energy yield", D.energy_yield())):
         worst = int(values.argmax())
-        _line(label, f"at most {values[worst]:.3f}, at {grid.values[worst]:g} nm; S included")
+        _line(label, f"at most {values[worst]:.3f}, at {D.wavelengths.values[worst]:g} nm; S included")
+
+
+def _wide(made: Material) -> DonaldsonMatrix:
+    """The matrix of a material from the ultraviolet on; what it assumes there is told by its description."""
+    from fluorspar.errors import ExtrapolationWarning
+    from fluorspar.spectral.lamp_colour import WIDE
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        return made.on(WIDE)
 
 
 def _colours(made: Material, fitted: Material | None = None) -> Table:
