@@ -14,8 +14,19 @@ import fluorspar
 ROOT = Path(fluorspar.__file__).parent
 # Each layer may import from those before it. `paths` and `staged` do not know each other.
 LAYERS = [
-    "errors", "progress", "spectral", "image", "scene", "paths", "staged", "rendering", "measure", "cli", "__main__",
-]  # fmt: skip
+    "errors",
+    "progress",
+    "version",
+    "spectral",
+    "image",
+    "scene",
+    "paths",
+    "staged",
+    "rendering",
+    "measure",
+    "cli",
+    "__main__",
+]
 MODULES = sorted(ROOT.rglob("*.py"))
 
 

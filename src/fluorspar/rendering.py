@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-import fluorspar
 from fluorspar.errors import OptionError, message
 from fluorspar.image.dataset import plain_attrs
 from fluorspar.image.spectral_image import SpectralImage
@@ -20,6 +19,7 @@ from fluorspar.scene.scene import Scene, load_scene, whole
 from fluorspar.spectral.donaldson import Stokes
 from fluorspar.spectral.material import Material
 from fluorspar.spectral.wavelengths import Wavelengths
+from fluorspar.version import __version__
 
 if TYPE_CHECKING:
     from fluorspar.staged.options import StagedOptions
@@ -169,7 +169,7 @@ def render(
         scene = scene.with_whole_samples()
     grid = _grid(wavelengths)
     attrs: dict[str, Any] = {
-        "version": fluorspar.__version__,
+        "version": __version__,
         "method": method,
         "spp": scene.settings.spp,
         "seed": seed,

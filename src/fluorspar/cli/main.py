@@ -10,7 +10,6 @@ from typing import Annotated, TextIO
 
 import typer
 
-import fluorspar
 from fluorspar.cli import console
 from fluorspar.cli.compare import compare
 from fluorspar.cli.convert import convert
@@ -21,6 +20,7 @@ from fluorspar.cli.measure import measure
 from fluorspar.cli.render import render
 from fluorspar.cli.scenes import scenes
 from fluorspar.errors import FluorsparError, FluorsparWarning
+from fluorspar.version import __version__
 
 __all__ = ["app", "main"]
 
@@ -52,7 +52,7 @@ app.command()(doctor)
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        console.out.print(f"fluorspar {fluorspar.__version__}", highlight=False)
+        console.out.print(f"fluorspar {__version__}", highlight=False)
         raise typer.Exit
 
 

@@ -8,12 +8,12 @@ import math
 import os
 from collections.abc import Sequence
 
-import fluorspar
 from fluorspar.image.atomic import replacing
 from fluorspar.image.picture import png_bytes
 from fluorspar.measure.comparison import Comparison, ImageComparison, PointComparison
 from fluorspar.measure.figures import bands_figure, encode, maps_figure, points_figure, signed_picture
 from fluorspar.measure.noise import noise_sentence, share_text, verdict_text
+from fluorspar.version import __version__
 
 __all__ = ["report", "write_report"]
 
@@ -101,7 +101,7 @@ def report(comparison: Comparison) -> str:
         *(f"<li>{html.escape(note)}</li>" for note in comparison.notes),
         "</ul>",
     ]
-    parts.append(f"<footer>Written by Fluorspar {html.escape(fluorspar.__version__)}.</footer></body></html>")
+    parts.append(f"<footer>Written by Fluorspar {html.escape(__version__)}.</footer></body></html>")
     return "\n".join(parts) + "\n"
 
 

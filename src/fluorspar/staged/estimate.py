@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import fluorspar
 from fluorspar.errors import ApproximationWarning, FluorsparWarning
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE
 from fluorspar.image.spectral_image import SpectralImage
@@ -27,6 +26,7 @@ from fluorspar.staged.options import StagedOptions
 from fluorspar.staged.passes import Passes
 from fluorspar.staged.protocol import Renderer
 from fluorspar.staged.timings import FIRST
+from fluorspar.version import __version__
 
 __all__ = ["render_staged"]
 
@@ -143,7 +143,7 @@ def _all(p: Passes) -> SpectralImage:
     mean /= done
     error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
     attrs: dict[str, Any] = {
-        "version": fluorspar.__version__,
+        "version": __version__,
         "method": "staged",
         "spp": p.sampling.samples * done,
         "seed": p.seed,
