@@ -25,9 +25,9 @@ from typing import Any
 import numpy as np
 
 import fluorspar
+from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.scene.nodes import copy_nodes, kind, resolving
 from fluorspar.scene.renderer import TRACE_VARIANTS, use_variant
-from fluorspar.spectral.measured import MeasuredMatrix
 
 SCENE = "cornell-box"
 

@@ -22,7 +22,7 @@ def test_every_fit_is_within_its_bounds():
         from quality_table import quality
     finally:
         sys.path.pop(0)
-    from fluorspar.spectral.library import materials
+    from fluorspar.bispectral.library import materials
 
     rows = [row for name in materials() if (row := quality(name))]
     assert len(rows) == 14

@@ -16,15 +16,15 @@ from pathlib import Path
 
 import numpy as np
 
-from fluorspar.spectral.bfc import read_bfc
-from fluorspar.spectral.donaldson_file import read_donaldson_csv
-from fluorspar.spectral.dye import dye
-from fluorspar.spectral.fit_quality import fit_quality
-from fluorspar.spectral.fit_report import FitReport, report_fit
-from fluorspar.spectral.fitting import MaterialFit, fit_material
-from fluorspar.spectral.material import Material
-from fluorspar.spectral.material_file import write_material
-from fluorspar.spectral.measured import MeasuredMatrix
+from fluorspar.bispectral.dye import dye
+from fluorspar.bispectral.files.bfc import read_bfc
+from fluorspar.bispectral.files.donaldson_csv import read_donaldson_csv
+from fluorspar.bispectral.files.material_csv import write_material
+from fluorspar.bispectral.fit.fit import MaterialFit, fit_material
+from fluorspar.bispectral.fit.fit_quality import fit_quality
+from fluorspar.bispectral.fit.report import FitReport, report_fit
+from fluorspar.bispectral.material import Material
+from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fluorspar.spectral.library import material, materials
+from fluorspar.bispectral.library import material, materials
 
 PAGE = Path(__file__).parents[1] / "docs" / "materials.md"
 BEGIN, END = "<!-- begin: tools/quality_table.py -->", "<!-- end: tools/quality_table.py -->"

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fluorspar.bispectral.donaldson import Stokes
+from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError, message
 from fluorspar.image.dataset import plain_attrs
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.progress import Progress
 from fluorspar.scene.renderer import TRACE_VARIANTS
 from fluorspar.scene.scene import Scene, load_scene, whole
-from fluorspar.spectral.donaldson import Stokes
-from fluorspar.spectral.material import Material
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.version import __version__
 

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from command_line import CommandLine, Outcome
 
-from fluorspar.spectral.library import materials, read_material
+from fluorspar.bispectral.library import materials, read_material
 from fluorspar.spectral.wavelengths import Wavelengths
 
 W = np.arange(400, 701, 20)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fluorspar.colour.whiteness import CIE_1964
+from fluorspar.colour.xyz import observer_weights
 from fluorspar.errors import ImageError, OptionError
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE
 from fluorspar.image.dataset import decoded_attrs, plain_attrs
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.spectral.colour import observer_weights
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
-from fluorspar.spectral.whiteness import CIE_1964
 
 
 class TestSums:

@@ -7,10 +7,10 @@ import json
 import numpy as np
 import pytest
 
+from fluorspar.colour.xyz import CIE_1931, lab_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.errors import ImageError, OptionError, SpectrumError
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
-from fluorspar.measure.bands import Bands
 from fluorspar.measure.compare import compare
 from fluorspar.measure.difference import ciede2000
 from fluorspar.measure.figures import comparison_figure, encode
@@ -18,7 +18,7 @@ from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point
 from fluorspar.measure.report import report
 from fluorspar.measure.sides import ImageSide
-from fluorspar.spectral.colour import CIE_1931, lab_from_xyz, white_xyz, xyz_from_radiance
+from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
 

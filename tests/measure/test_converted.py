@@ -7,8 +7,8 @@ import pytest
 
 from fluorspar.errors import OptionError
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.measure.bands import band_weights
 from fluorspar.measure.converted import ASSUMED, converted
+from fluorspar.spectral.bands import band_weights
 from fluorspar.spectral.wavelengths import Wavelengths
 
 GRID = Wavelengths(400, 700, 10)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fluorspar.bispectral.library import material
+from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
-from fluorspar.measure.bands import Bands, conversion
 from fluorspar.measure.compare import compare
 from fluorspar.measure.noise import explained_by_noise, share_text
 from fluorspar.measure.pair import paired
@@ -17,8 +18,7 @@ from fluorspar.measure.points import Point
 from fluorspar.measure.spectroradiometer import measure
 from fluorspar.rendering import render
 from fluorspar.scene.scene import load_scene
-from fluorspar.spectral.library import material
-from fluorspar.spectral.material import Material
+from fluorspar.spectral.bands import Bands, conversion
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 

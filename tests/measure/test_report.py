@@ -12,7 +12,6 @@ from report_parts import Report
 
 from fluorspar.errors import ImageError
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.measure.bands import Bands
 from fluorspar.measure.compare import compare
 from fluorspar.measure.figures import (
     comparison_figure,
@@ -24,6 +23,7 @@ from fluorspar.measure.figures import (
 )
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.report import report, write_report
+from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
 

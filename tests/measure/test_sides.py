@@ -10,7 +10,6 @@ from fluorspar.errors import ImageError, OptionError, SpectrumError
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE, TOTAL, select
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
-from fluorspar.measure.bands import Bands
 from fluorspar.measure.compare import compare
 from fluorspar.measure.converted import converted
 from fluorspar.measure.point_spectra import PointSpectra, read_point_spectra, write_point_spectra
@@ -20,6 +19,7 @@ from fluorspar.measure.spectroradiometer import measure, scene_of
 from fluorspar.measure.units import is_radiance, unit_of
 from fluorspar.rendering import render
 from fluorspar.scene.scene import load_scene
+from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.wavelengths import Wavelengths
 
 GRID = Wavelengths(400, 700, 50)

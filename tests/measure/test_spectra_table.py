@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fluorspar.errors import ApproximationWarning, OptionError, SpectrumError
-from fluorspar.measure.bands import Bands
 from fluorspar.measure.point_spectra import PointSpectra, read_point_spectra, write_point_spectra
 from fluorspar.measure.points import read_points
+from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.wavelengths import Wavelengths
 
 HEAD = "point,wavelength,radiance,standard_error\n"

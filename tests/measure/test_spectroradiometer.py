@@ -11,12 +11,12 @@ import pytest
 from fluorspar.errors import ApproximationWarning, ImageError, OptionError, SpectrumError
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture, coverage, directions
-from fluorspar.measure.bands import Bands
 from fluorspar.measure.point_spectra import PointSpectra, read_point_spectra, write_point_spectra
 from fluorspar.measure.points import Point, read_points
 from fluorspar.measure.spectroradiometer import measure, normalised
 from fluorspar.scene.camera import camera_of
 from fluorspar.scene.scene import load_scene
+from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.wavelengths import Wavelengths
 
 GRID = Wavelengths(400, 700, 50)

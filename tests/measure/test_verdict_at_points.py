@@ -8,13 +8,13 @@ import pytest
 from fluorspar.errors import OptionError
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
-from fluorspar.measure.bands import Bands
 from fluorspar.measure.compare import compare
 from fluorspar.measure.few_samples import combined_freedom
 from fluorspar.measure.noise import explained_by_noise
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.points import Point
 from fluorspar.measure.spectroradiometer import measure
+from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.wavelengths import Wavelengths
 
 GRID = Wavelengths(400, 700, 10)

@@ -24,11 +24,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fluorspar.bispectral.conversions import stokes_weights
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.paths.light_paths import KILLED, SLOTS, TILE, LightPaths, Segment
 from fluorspar.paths.sweep import Swept, batch_count, sweep
 from fluorspar.paths.tables import padded, spectral_tables
-from fluorspar.spectral.conversions import stokes_weights
-from fluorspar.spectral.donaldson import DonaldsonMatrix
 from fluorspar.spectral.wavelengths import Wavelengths
 
 Array = NDArray[np.float64]

@@ -37,10 +37,10 @@ from lab import (
 )
 
 from fluorspar import Fluorophore, Material, SpectralImage, Spectrum, Wavelengths, load_scene, render
+from fluorspar.bispectral.files.material_csv import write_material
+from fluorspar.bispectral.fit.fit import fit_material
+from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.errors import ExtrapolationWarning, MaterialError
-from fluorspar.spectral.fitting import fit_material
-from fluorspar.spectral.material_file import write_material
-from fluorspar.spectral.measured import MeasuredMatrix
 
 GRID = Wavelengths(400, 700, 10)
 W = GRID.values

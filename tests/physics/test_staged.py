@@ -40,7 +40,7 @@ from lab import (
 from scipy.stats import t as student
 
 from fluorspar import COMPONENTS, Material, Scene, Wavelengths, load_scene, render
-from fluorspar.spectral.measured import MeasuredMatrix
+from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.staged.emission import emitter_arrays, patch_illumination
 from fluorspar.staged.estimate import render_staged
 from fluorspar.staged.mitsuba_renderer import MitsubaRenderer

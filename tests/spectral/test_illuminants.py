@@ -23,7 +23,7 @@ def test_d65_is_the_cie_table() -> None:
 
 
 def test_d65_is_that_of_colour_science_where_both_have_data() -> None:
-    from fluorspar.spectral.tables_of_colour_science import colour_science
+    from fluorspar.spectral.colour_science import colour_science
 
     theirs = colour_science().SDS_ILLUMINANTS["D65"]
     assert np.allclose(illuminant("D65").on(Wavelengths(300, 780, 5)), theirs.values, rtol=1e-5)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from fluorspar.bispectral.material import Fluorophore, Material
 from fluorspar.scene.scene import load_scene
-from fluorspar.spectral.material import Fluorophore, Material
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.options import StagedOptions

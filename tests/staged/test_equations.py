@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fluorspar.spectral.donaldson import DonaldsonMatrix
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged import equations
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fluorspar.bispectral.material import Fluorophore, Material
 from fluorspar.errors import RendererError, SceneNotice
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.scene.renderer import use_variant
 from fluorspar.scene.scene import Scene, load_scene
-from fluorspar.spectral.material import Fluorophore, Material
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.emission import emitter_arrays, patch_illumination

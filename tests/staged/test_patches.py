@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.errors import OptionError, SceneError
-from fluorspar.spectral.donaldson import DonaldsonMatrix
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged import emission
 from fluorspar.staged.emission import refine

@@ -112,8 +112,8 @@ def compare(
     """Compare spectra: RMSE (Eq. 14 with --match POINT), CIEDE2000, bias, and how much of the difference is noise."""
     from fluorspar.cli.measuring import aperture_of, check_files, limits_of, scene_named
     from fluorspar.errors import OptionError, message
-    from fluorspar.image.atomic import check_not_input
-    from fluorspar.image.source import text_of
+    from fluorspar.files.names import text_of
+    from fluorspar.files.writing import check_not_input
     from fluorspar.measure.compare import compare as compare_spectra
     from fluorspar.measure.figures import comparison_figure, write_figure
     from fluorspar.measure.points import read_points

@@ -50,10 +50,10 @@ def convert(
     """Convert a spectral image."""
     from fluorspar.cli.measuring import check_files
     from fluorspar.errors import OptionError, message
-    from fluorspar.image.atomic import check_not_input
+    from fluorspar.files.names import text_of
+    from fluorspar.files.writing import check_not_input
     from fluorspar.image.envi import data_file
     from fluorspar.image.picture import write_png
-    from fluorspar.image.source import text_of
     from fluorspar.image.spectral_image import SpectralImage
     from fluorspar.measure.converted import ASSUMED, converted
     from fluorspar.spectral.wavelengths import Wavelengths

@@ -48,6 +48,6 @@ def info(
             )
         )
     else:
-        from fluorspar.spectral.library import material
+        from fluorspar.bispectral.library import material
 
         console.out.print(str(material(file)), markup=False, highlight=False)

@@ -56,8 +56,8 @@ def measure(
     from rich.table import Table
 
     from fluorspar.cli.measuring import aperture_of, check_files, scene_named
-    from fluorspar.image.atomic import check_not_input
-    from fluorspar.image.source import text_of
+    from fluorspar.files.names import text_of
+    from fluorspar.files.writing import check_not_input
     from fluorspar.image.spectral_image import SpectralImage
     from fluorspar.measure.figures import spectra_figure, write_figure
     from fluorspar.measure.point_spectra import write_point_spectra

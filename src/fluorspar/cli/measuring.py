@@ -31,7 +31,7 @@ def check_files(paths: Sequence[Path], suffixes: tuple[str, ...]) -> None:
     --------
     >>> check_files([Path("report.html")], (".html",))
     """
-    from fluorspar.image.atomic import check_target
+    from fluorspar.files.writing import check_target
 
     for path in paths:
         if path.suffix.lower() not in suffixes:

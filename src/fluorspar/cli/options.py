@@ -9,8 +9,8 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from fluorspar.bispectral.library import ENVIRONMENT
 from fluorspar.errors import OptionError, message
-from fluorspar.spectral.library import ENVIRONMENT
 
 __all__ = ["LibraryOption", "material_files", "pairs", "size_of", "white_of"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fluorspar.cli import console
 from fluorspar.errors import OptionError, message
-from fluorspar.image.atomic import check_not_input, check_target
+from fluorspar.files.writing import check_not_input, check_target
 from fluorspar.image.spectral_image import SpectralImage
 
 __all__ = ["check_outputs", "stream_target", "write_outputs"]

@@ -7,10 +7,10 @@ from typing import Annotated, cast
 
 import typer
 
+from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
 from fluorspar.cli.options import LibraryOption, pairs, size_of
 from fluorspar.cli.staged import mesh_parameter, print_timings, staged_options
-from fluorspar.spectral.donaldson import Stokes
 
 __all__ = ["render"]
 

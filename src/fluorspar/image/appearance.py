@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fluorspar.colour.adaptation import adapt_to_d65
+from fluorspar.colour.xyz import CIE_1931, srgb_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.errors import OptionError, message
 from fluorspar.image.dataset import add_up, grid_of, row_blocks
 from fluorspar.image.units import is_radiance
-from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
-from fluorspar.spectral.colour import CIE_1931, srgb_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
 

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, ImageError, message
-from fluorspar.image.atomic import check_target, temporary_name, undisturbed, write_error
+from fluorspar.files.names import check_source, text_of
+from fluorspar.files.writing import check_target, temporary_name, undisturbed, write_error
 from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.dataset import add_up, grid_of, make_dataset, names_of
 from fluorspar.image.envi_header import bandwidth, check_number, good_bands, header_of, stated_by, wavelengths
-from fluorspar.image.regular import interpolated, regular_spectra
-from fluorspar.image.source import check_source, text_of
+from fluorspar.spectral.even import interpolated, regular_spectra
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, SpectrumError, message
+from fluorspar.files.names import check_source
+from fluorspar.files.writing import check_target, replacing
 from fluorspar.image.appearance import appearance, linear_srgb
-from fluorspar.image.atomic import check_target, replacing
 from fluorspar.image.components import COMPONENTS, TOTAL
 from fluorspar.image.dataset import VARIABLES, add_up, grid_of, make_dataset, names_of, plain_attrs, values_of
 from fluorspar.image.exr_units import channel_kind, emissive_units
 from fluorspar.image.foreign_exr import foreign_dataset
-from fluorspar.image.source import check_source
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fluorspar.errors import ApproximationWarning, ImageError, message
+from fluorspar.files.names import text_of
 from fluorspar.image.components import TOTAL
 from fluorspar.image.dataset import make_dataset
 from fluorspar.image.exr_units import stated_by
-from fluorspar.image.regular import regular_spectra
-from fluorspar.image.source import text_of
+from fluorspar.spectral.even import regular_spectra
 
 if TYPE_CHECKING:
     import xarray as xr

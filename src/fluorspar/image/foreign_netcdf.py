@@ -9,8 +9,8 @@ import numpy as np
 
 from fluorspar.errors import ImageError, message
 from fluorspar.image.dataset import VARIABLES, WAVELENGTH_ATTRS
-from fluorspar.image.regular import even_grid
 from fluorspar.image.units import NOT_STATED, stated, wavelengths_in_nm
+from fluorspar.spectral.even import even_grid
 
 if TYPE_CHECKING:
     import xarray as xr

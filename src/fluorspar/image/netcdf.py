@@ -6,7 +6,8 @@ import os
 from typing import TYPE_CHECKING
 
 from fluorspar.errors import ImageError, message
-from fluorspar.image.atomic import replacing
+from fluorspar.files.names import check_source
+from fluorspar.files.writing import replacing
 from fluorspar.image.dataset import (
     VARIABLES,
     check_dataset,
@@ -19,7 +20,6 @@ from fluorspar.image.dataset import (
 from fluorspar.image.foreign_netcdf import normalised
 from fluorspar.image.netcdf_layout import PatientFile, create
 from fluorspar.image.netcdf_writer import NetcdfWriter
-from fluorspar.image.source import check_source
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
-from fluorspar.image.atomic import check_target, temporary_name, undisturbed, write_error
+from fluorspar.files.writing import check_target, temporary_name, undisturbed, write_error
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.dataset import VARIABLES, plain_attrs
 from fluorspar.image.netcdf_layout import PatientFile, chunk_rows, create

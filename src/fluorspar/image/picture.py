@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ImageError, message
+from fluorspar.files.writing import replacing
 from fluorspar.image.appearance import appearance, auto_exposure, show, xyz_of
-from fluorspar.image.atomic import replacing
 from fluorspar.image.components import TOTAL, definition, select
 from fluorspar.image.units import is_radiance
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fluorspar.colour.xyz import CIE_1931
 from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.image.components import COMPONENTS, select
 from fluorspar.image.dataset import (
@@ -23,7 +24,6 @@ from fluorspar.image.dataset import (
     variable_attrs,
 )
 from fluorspar.image.units import is_radiance
-from fluorspar.spectral.colour import CIE_1931
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.colour.xyz import luminance
 from fluorspar.image.dataset import decoded_attrs, grid_of, names_of, values_of
 from fluorspar.image.units import is_radiance, quantity_of, unit_of
-from fluorspar.spectral.colour import luminance
 
 if TYPE_CHECKING:
     import xarray as xr

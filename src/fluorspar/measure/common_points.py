@@ -56,7 +56,7 @@ def common_points(
     Examples
     --------
     >>> import numpy as np
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> a, b = (PointSpectra(tuple(n), Bands(Wavelengths()), np.ones((2, 69))) for n in ("pq", "qr"))
     >>> tables, sentences = common_points((a, b), None)

@@ -9,11 +9,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.colour.adaptation import adapt_to_d65
+from fluorspar.colour.xyz import CIE_1931
 from fluorspar.errors import ImageError, SpectrumError, message
-from fluorspar.image.source import text_of
+from fluorspar.files.names import text_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture
-from fluorspar.measure.bands import Bands, assumed_bands, common_bands, conversion
 from fluorspar.measure.common_light import common_light
 from fluorspar.measure.common_points import common_points
 from fluorspar.measure.compare_images import compare_images
@@ -28,8 +29,7 @@ from fluorspar.measure.spectroradiometer import RANGE
 from fluorspar.measure.units import check_units, is_radiance, unit_of
 from fluorspar.measure.whites import exposure_of, has_colour, white_of
 from fluorspar.scene.scene import Scene
-from fluorspar.spectral.chromatic_adaptation import adapt_to_d65
-from fluorspar.spectral.colour import CIE_1931
+from fluorspar.spectral.bands import Bands, assumed_bands, common_bands, conversion
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["compare"]

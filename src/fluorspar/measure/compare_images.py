@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.colour.xyz import CIE_1931, srgb_from_xyz, xyz_from_radiance
 from fluorspar.errors import ImageError, message
 from fluorspar.image.dataset import row_blocks
 from fluorspar.measure.comparison import Comparison, ImageComparison
@@ -13,7 +14,6 @@ from fluorspar.measure.image_errors import error_freedom
 from fluorspar.measure.noise import explained_by_noise
 from fluorspar.measure.sides import ImageSide
 from fluorspar.measure.whites import lab_of
-from fluorspar.spectral.colour import CIE_1931, srgb_from_xyz, xyz_from_radiance
 
 __all__ = ["compare_images", "mean_of_images"]
 
@@ -40,7 +40,7 @@ def mean_of_images(a: ImageSide, b: ImageSide) -> tuple[Array, Array]:
     Examples
     --------
     >>> from fluorspar.image.spectral_image import SpectralImage
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 2)), Wavelengths(500, 600, 100))
     >>> side = ImageSide(image, Bands(image.wavelengths), None)

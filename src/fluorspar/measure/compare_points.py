@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.colour.xyz import xyz_from_radiance
 from fluorspar.measure.comparison import Comparison, PointComparison
 from fluorspar.measure.difference import band_bias, band_error, ciede2000, ratio, rmse
 from fluorspar.measure.few_samples import combined_freedom
 from fluorspar.measure.noise import NoiseVerdict, explained_by_noise
 from fluorspar.measure.pair import Pair
 from fluorspar.measure.whites import lab_of
-from fluorspar.spectral.colour import xyz_from_radiance
 
 __all__ = ["compare_points"]
 

@@ -273,7 +273,7 @@ class Comparison:
         ImageError
             If the file cannot be written; an older one of that name is then unchanged.
         """
-        from fluorspar.image.atomic import replacing
+        from fluorspar.files.writing import replacing
 
         text = self.to_json()
         with replacing(path) as temporary:

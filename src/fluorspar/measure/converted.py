@@ -11,8 +11,8 @@ from fluorspar.errors import OptionError, message
 from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.measure.bands import Bands, band_weights, conversion
 from fluorspar.measure.sides import bands_of
+from fluorspar.spectral.bands import Bands, band_weights, conversion
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["ASSUMED", "converted"]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import OptionError, message
-from fluorspar.spectral.tables_of_colour_science import colour_science
+from fluorspar.spectral.colour_science import colour_science
 
 __all__ = ["band_bias", "band_error", "ciede2000", "expected_rmse", "ratio", "rmse"]
 

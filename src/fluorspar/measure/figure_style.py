@@ -6,7 +6,7 @@ import io
 import os
 from typing import TYPE_CHECKING, Any
 
-from fluorspar.image.atomic import replacing
+from fluorspar.files.writing import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -46,7 +46,7 @@ def spectra_figure(spectra: PointSpectra) -> Figure:
 
     Examples
     --------
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> figure = spectra_figure(PointSpectra(("1", "2"), Bands(Wavelengths(400, 700, 10)), np.ones((2, 31))))
     >>> len(figure.axes)
@@ -72,7 +72,7 @@ def points_figure(comparison: Comparison) -> Figure:
 
     Examples
     --------
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.measure.compare import compare
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> spectra = PointSpectra(("1", "2"), Bands(Wavelengths(400, 700, 10)), np.ones((2, 31)))
@@ -111,7 +111,7 @@ def bands_figure(comparison: Comparison) -> Figure:
 
     Examples
     --------
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.measure.compare import compare
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> spectra = PointSpectra(("1", "2"), Bands(Wavelengths(400, 700, 10)), np.ones((2, 31)))

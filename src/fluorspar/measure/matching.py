@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.colour.xyz import luminance, observer_weights
 from fluorspar.errors import OptionError, message
 from fluorspar.image.dataset import row_blocks
 from fluorspar.measure.compare_images import mean_of_images
 from fluorspar.measure.pair import Pair
 from fluorspar.measure.sides import ImageSide
-from fluorspar.spectral.colour import luminance, observer_weights
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["matched_scale", "scale_error_of"]
@@ -53,7 +53,7 @@ def matched_scale(
 
     Examples
     --------
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.measure.point_spectra import PointSpectra
     >>> grid = Wavelengths(400, 700, 100)
     >>> a, b = (PointSpectra(("1",), Bands(grid), np.full((1, 4), value)) for value in (2.0, 4.0))
@@ -129,7 +129,7 @@ def scale_error_of(
 
     Examples
     --------
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.measure.point_spectra import PointSpectra
     >>> grid, ones = Wavelengths(400, 700, 100), np.ones((1, 4))
     >>> noisy = PointSpectra(("1",), Bands(grid), ones, 0.03 * ones, correlated=True)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.bispectral.fit.fit import MaterialFit
+from fluorspar.bispectral.lamp_colour import LampColour, colour_under_lamp
+from fluorspar.bispectral.material import Material
 from fluorspar.errors import ExtrapolationWarning
 from fluorspar.measure.figure_style import COLOUR_A, COLOUR_B, blank, styled
-from fluorspar.spectral.fitting import MaterialFit
-from fluorspar.spectral.lamp_colour import LampColour, colour_under_lamp
-from fluorspar.spectral.material import Material
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -39,7 +39,7 @@ def material_figure(material: Material) -> Figure:
 
     Examples
     --------
-    >>> from fluorspar.spectral.library import material
+    >>> from fluorspar.bispectral.library import material
     >>> [len(material_figure(material(name)).axes) for name in ("gray-18", "poster-red")]
     [1, 5]
     """
@@ -51,8 +51,8 @@ def fit_figure(fit: MaterialFit) -> Figure:
 
     Examples
     --------
-    >>> from fluorspar.spectral.fitting import fit_material
-    >>> from fluorspar.spectral.measured import MeasuredMatrix
+    >>> from fluorspar.bispectral.fit.fit import fit_material
+    >>> from fluorspar.bispectral.measured import MeasuredMatrix
     >>> w = np.arange(400.0, 701.0, 10.0)
     >>> band = np.outer(np.exp(-(((w - 560) / 30) ** 2)), np.exp(-(((w - 490) / 40) ** 2)))
     >>> fit = fit_material(MeasuredMatrix(w, w, 0.3 * np.eye(31) + 0.05 * np.tril(band, -1), "sheet"))
@@ -67,7 +67,7 @@ def lamp_figure(colour: LampColour, name: str) -> Figure:
 
     Examples
     --------
-    >>> from fluorspar.spectral.library import material
+    >>> from fluorspar.bispectral.library import material
     >>> lamp_figure(colour_under_lamp(material("poster-red")), "poster-red").axes[0].get_ylabel()
     'radiance factor'
     """

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.measure.band_errors import error_of_sum, errors_on_bands
-from fluorspar.measure.bands import Bands
 from fluorspar.measure.point_spectra import PointSpectra
+from fluorspar.spectral.band_errors import error_of_sum, errors_on_bands
+from fluorspar.spectral.bands import Bands
 
 __all__ = ["Pair", "paired"]
 

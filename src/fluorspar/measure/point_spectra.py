@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.colour.xyz import CIE_1931, luminance
 from fluorspar.errors import OptionError, SpectrumError, message
-from fluorspar.image.atomic import replacing
-from fluorspar.image.source import text_of
+from fluorspar.files.names import text_of
+from fluorspar.files.writing import replacing
 from fluorspar.image.units import NOT_STATED, UNITS, same_unit
-from fluorspar.measure.band_errors import errors_on_bands
-from fluorspar.measure.bands import Bands, band_weights
 from fluorspar.measure.spectra_table import TIDY, bandwidth_of, correlated_in, on_even_grid, tidy_spectra
 from fluorspar.measure.tables import read_cells
-from fluorspar.spectral.colour import CIE_1931, luminance
+from fluorspar.spectral.band_errors import errors_on_bands
+from fluorspar.spectral.bands import Bands, band_weights
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["PointSpectra", "read_point_spectra", "write_point_spectra"]

@@ -8,7 +8,7 @@ import math
 import os
 from collections.abc import Sequence
 
-from fluorspar.image.atomic import replacing
+from fluorspar.files.writing import replacing
 from fluorspar.image.picture import png_bytes
 from fluorspar.measure.comparison import Comparison, ImageComparison, PointComparison
 from fluorspar.measure.figures import bands_figure, encode, maps_figure, points_figure, signed_picture
@@ -68,7 +68,7 @@ def report(comparison: Comparison) -> str:
     Examples
     --------
     >>> import numpy as np
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.measure.compare import compare
     >>> from fluorspar.measure.point_spectra import PointSpectra
     >>> from fluorspar.spectral.wavelengths import Wavelengths

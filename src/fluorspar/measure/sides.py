@@ -13,10 +13,10 @@ from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.image.components import select
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.measure.bands import Bands
 from fluorspar.measure.image_errors import error_layer
 from fluorspar.measure.point_spectra import PointSpectra, read_point_spectra
 from fluorspar.rendering import METHODS
+from fluorspar.spectral.bands import Bands
 
 __all__ = ["IMAGES", "TABLES", "ImageSide", "bands_of", "open_side"]
 

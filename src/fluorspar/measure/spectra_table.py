@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import SpectrumError, message
-from fluorspar.image.regular import regular_spectra
 from fluorspar.measure.tables import Cells
+from fluorspar.spectral.even import regular_spectra
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["TIDY", "bandwidth_of", "correlated_in", "on_even_grid", "tidy_spectra"]

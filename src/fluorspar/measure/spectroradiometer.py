@@ -14,7 +14,6 @@ from fluorspar.image.components import select
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measure.aperture import Aperture, coverage, radius_in_pixels
-from fluorspar.measure.bands import beyond_the_data
 from fluorspar.measure.few_samples import combined_freedom
 from fluorspar.measure.image_errors import OF_TOTAL, error_freedom, error_layer
 from fluorspar.measure.point_spectra import PointSpectra
@@ -22,6 +21,7 @@ from fluorspar.measure.points import Point, pixels_of
 from fluorspar.measure.sides import bands_of
 from fluorspar.measure.units import is_radiance, unit_of
 from fluorspar.scene.scene import Scene
+from fluorspar.spectral.bands import beyond_the_data
 
 __all__ = ["RANGE", "measure", "normalised", "scene_of"]
 
@@ -245,7 +245,7 @@ def normalised(spectra: PointSpectra, by: str) -> PointSpectra:
 
     Examples
     --------
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> spectra = PointSpectra(("1", "2"), Bands(Wavelengths(400, 700, 10)), np.full((2, 31), [[2.0], [4.0]]))
     >>> normalised(spectra, "2").radiance[:, 0]

@@ -65,7 +65,7 @@ def check_units(a: SpectralImage | PointSpectra, b: SpectralImage | PointSpectra
     Examples
     --------
     >>> import numpy as np
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> tables = [PointSpectra(("1",), Bands(Wavelengths()), np.ones((1, 69)), unit=u) for u in ("1", "counts")]
     >>> check_units(*tables, match="luminance")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fluorspar.colour.xyz import lab_from_xyz, luminance, xyz_from_radiance
 from fluorspar.errors import SpectrumError, message
 from fluorspar.image.appearance import auto_exposure
 from fluorspar.image.dataset import add_up
 from fluorspar.measure.point_spectra import PointSpectra
 from fluorspar.measure.sides import ImageSide
-from fluorspar.spectral.colour import lab_from_xyz, luminance, xyz_from_radiance
 from fluorspar.spectral.illuminants import illuminant, illuminants
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -38,7 +38,7 @@ def exposure_of(side: ImageSide) -> float:
     Examples
     --------
     >>> from fluorspar.image.spectral_image import SpectralImage
-    >>> from fluorspar.measure.bands import Bands
+    >>> from fluorspar.spectral.bands import Bands
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
     >>> exposure_of(ImageSide(image, Bands(image.wavelengths), None)) > 0
     True
@@ -94,7 +94,7 @@ def white_of(
 
     Examples
     --------
-    >>> from fluorspar.spectral.colour import CIE_1931
+    >>> from fluorspar.colour.xyz import CIE_1931
     >>> white_of(None, "E", "none", Wavelengths(360, 830, 5), CIE_1931, 100.0)[0].round(2)
     array([100.01, 100.  , 100.03])
     """

@@ -7,11 +7,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.paths.sweep import Swept, room, sweep
 from fluorspar.paths.tables import spectral_tables
 from fluorspar.scene.renderer import TRACE_VARIANTS, usable_cores, use_variant
 from fluorspar.scene.scene import Scene
-from fluorspar.spectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["CHUNK", "estimate"]

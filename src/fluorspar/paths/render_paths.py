@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.errors import FluorsparWarning, OptionError, message
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.netcdf import NetcdfWriter
@@ -18,7 +19,6 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.paths.estimate import estimate
 from fluorspar.progress import Progress
 from fluorspar.scene.scene import Scene
-from fluorspar.spectral.donaldson import Stokes
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["render_paths"]

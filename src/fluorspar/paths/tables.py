@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.spectral.donaldson import DonaldsonMatrix
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 
 __all__ = ["LANES", "SpectralTables", "padded", "spectral_tables"]
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from fluorspar.bispectral.library import material
+from fluorspar.bispectral.material import Material
 from fluorspar.errors import MaterialError, message
 from fluorspar.scene.nodes import FLUORESCENT
-from fluorspar.spectral.library import material
-from fluorspar.spectral.material import Material
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["FLUORESCENT", "SPECTRA", "STRINGS", "register_plugins"]
@@ -160,7 +160,7 @@ def material_of_spectra(
     name: str, reflectance: Spectrum, emission: Spectrum | None, excitation: Spectrum | None
 ) -> Material:
     """Make a material of the spectra a scene gives for a surface."""
-    from fluorspar.spectral.material import Fluorophore
+    from fluorspar.bispectral.material import Fluorophore
 
     fluorophores = (
         () if emission is None or excitation is None else (Fluorophore(emission, excitation, name=name),)

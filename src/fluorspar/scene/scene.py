@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
+from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparError, OptionError, SceneError, SceneNotice, message
 from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
 from fluorspar.scene.nodes import build, children, kind, label, parse_scene, resolving
 from fluorspar.scene.renderer import SPECTRUM_VARIANT, use_variant
 from fluorspar.scene.surfaces import Light, Surface, read_surfaces
-from fluorspar.spectral.donaldson import DonaldsonMatrix, Stokes
-from fluorspar.spectral.material import Material
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["MOST_SAMPLES", "UNLIMITED", "Scene", "Settings", "load_scene", "whole"]

@@ -9,6 +9,8 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from fluorspar.bispectral.library import material
+from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, SceneNotice, message
 from fluorspar.scene.nodes import children, kind, label
 from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, STRINGS, check_properties, material_of_spectra
@@ -18,8 +20,6 @@ from fluorspar.scene.plugin_spectra import (
     average_reflectance,
     plugin_spectrum,
 )
-from fluorspar.spectral.library import material
-from fluorspar.spectral.material import Material
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["ABSORBS", "NO_LIGHT", "Light", "Surface", "SurfaceTable", "read_surfaces"]

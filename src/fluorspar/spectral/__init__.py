@@ -1,1 +1,1 @@
-"""Spectra, materials and colour: everything that knows wavelengths and no renderer."""
+"""Spectra on wavelengths: grids, tables, bands of instruments, illuminants."""

@@ -11,9 +11,9 @@ from importlib.resources.abc import Traversable
 import numpy as np
 
 from fluorspar.errors import SpectrumError, message
+from fluorspar.files.tables import read_table
+from fluorspar.spectral.colour_science import colour_science
 from fluorspar.spectral.spectrum import Spectrum
-from fluorspar.spectral.tables import read_table
-from fluorspar.spectral.tables_of_colour_science import colour_science
 
 __all__ = ["illuminant", "illuminants"]
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ExtrapolationWarning, SpectrumError, message
-from fluorspar.spectral.tables import read_table
+from fluorspar.files.tables import read_table
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.errors import FluorsparError
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.surfaces import ABSORBS
-from fluorspar.spectral.donaldson import DonaldsonMatrix
 from fluorspar.staged.equations import average_illumination, illumination, luminescence
 from fluorspar.staged.imaging import Tick
 from fluorspar.staged.mesh import TriangleMesh

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fluorspar.spectral.donaldson import DonaldsonMatrix
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 
 __all__ = [
     "average_illumination",

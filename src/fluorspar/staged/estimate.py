@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.errors import ApproximationWarning, FluorsparWarning
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.progress import Progress
 from fluorspar.scene.scene import UNLIMITED, Scene
-from fluorspar.spectral.donaldson import Stokes
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.equations import indirect_reflection, total
 from fluorspar.staged.imaging import Layers, seeds_of, views_of

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
-from fluorspar.image.atomic import replacing
+from fluorspar.files.writing import replacing
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.patches import EmitterArray

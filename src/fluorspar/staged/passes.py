@@ -11,10 +11,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.errors import SceneNotice
 from fluorspar.progress import Progress
 from fluorspar.scene.scene import UNLIMITED, Scene
-from fluorspar.spectral.donaldson import DonaldsonMatrix
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.equations import luminescence
 from fluorspar.staged.imaging import Layers, Sampling, Views, band_groups, plan_samples, render_bands

@@ -21,7 +21,7 @@ from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
-    from fluorspar.spectral.lamp_colour import LampColour
+    from fluorspar.bispectral.lamp_colour import LampColour
     from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["colour"]
@@ -64,9 +64,9 @@ def colour(
 
     Example:  fluorspar materials colour paper-whitened --uv-cut 400
     """
-    from fluorspar.image.atomic import check_not_input, check_target
-    from fluorspar.spectral.lamp_colour import WIDE, colour_under_condition, colour_under_lamp
-    from fluorspar.spectral.library import material
+    from fluorspar.bispectral.lamp_colour import WIDE, colour_under_condition, colour_under_lamp
+    from fluorspar.bispectral.library import material
+    from fluorspar.files.writing import check_not_input, check_target
     from fluorspar.spectral.wavelengths import Wavelengths
 
     check_plot(plot)
@@ -101,8 +101,8 @@ def _lamp(text: str) -> str | Spectrum:
 
 
 def _observer(text: str) -> str:
-    from fluorspar.spectral.colour import CIE_1931
-    from fluorspar.spectral.whiteness import CIE_1964
+    from fluorspar.colour.whiteness import CIE_1964
+    from fluorspar.colour.xyz import CIE_1931
 
     names = {"2": CIE_1931, "10": CIE_1964}
     if text not in names:

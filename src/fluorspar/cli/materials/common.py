@@ -10,7 +10,7 @@ import typer
 from numpy.typing import ArrayLike
 
 from fluorspar.errors import OptionError, message
-from fluorspar.image.atomic import check_not_input, check_target, replacing
+from fluorspar.files.writing import check_not_input, check_target, replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

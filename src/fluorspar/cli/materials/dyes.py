@@ -13,7 +13,7 @@ from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
-    from fluorspar.spectral.dye import Units
+    from fluorspar.bispectral.dye import Units
 
 __all__ = ["dye"]
 
@@ -45,10 +45,10 @@ def dye(
 
     Example:  fluorspar materials dye ex.csv em.csv --quantum-yield 0.9 --strength 0.5 --units photon -o dyed.csv
     """
-    from fluorspar.spectral.dye_files import read_dye
-    from fluorspar.spectral.lamp_colour import WIDE
-    from fluorspar.spectral.library import material
-    from fluorspar.spectral.material_file import write_material
+    from fluorspar.bispectral.dye_files import read_dye
+    from fluorspar.bispectral.files.material_csv import write_material
+    from fluorspar.bispectral.lamp_colour import WIDE
+    from fluorspar.bispectral.library import material
 
     if units not in (None, "photon", "energy"):
         fault, expected = "there are no such units", "photon or energy"

@@ -16,8 +16,8 @@ from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, OptionE
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
-    from fluorspar.spectral.material import Material
-    from fluorspar.spectral.measured import MeasuredMatrix
+    from fluorspar.bispectral.material import Material
+    from fluorspar.bispectral.measured import MeasuredMatrix
     from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["fit"]
@@ -50,12 +50,12 @@ def fit(
 
     Example:  fluorspar materials fit sheet.bfc -o my-paint.csv --rank 1
     """
+    from fluorspar.bispectral.files.material_csv import write_material
+    from fluorspar.bispectral.fit.fit import fit_material
+    from fluorspar.bispectral.fit.fit_quality import fit_quality
+    from fluorspar.bispectral.fit.report import report_fit
+    from fluorspar.bispectral.resampling import resampled
     from fluorspar.cli.materials.matrices import read_matrix
-    from fluorspar.spectral.fit_quality import fit_quality
-    from fluorspar.spectral.fit_report import report_fit
-    from fluorspar.spectral.fitting import fit_material
-    from fluorspar.spectral.material_file import write_material
-    from fluorspar.spectral.material_resampling import resampled
 
     if rank is not None and not 0 <= rank <= _MOST:
         expected = f"0 to {_MOST}"

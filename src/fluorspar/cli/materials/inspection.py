@@ -20,16 +20,16 @@ from fluorspar.cli.materials.common import (
 )
 from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.errors import OptionError, message
-from fluorspar.image.atomic import check_not_input, check_target
+from fluorspar.files.writing import check_not_input, check_target
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from fluorspar.spectral.donaldson import DonaldsonMatrix
-    from fluorspar.spectral.fit_report import FitReport
-    from fluorspar.spectral.fitting import MaterialFit
-    from fluorspar.spectral.material import Material
-    from fluorspar.spectral.measured import MeasuredMatrix
+    from fluorspar.bispectral.donaldson import DonaldsonMatrix
+    from fluorspar.bispectral.fit.fit import MaterialFit
+    from fluorspar.bispectral.fit.report import FitReport
+    from fluorspar.bispectral.material import Material
+    from fluorspar.bispectral.measured import MeasuredMatrix
 
 __all__ = ["inspect"]
 
@@ -54,9 +54,9 @@ def inspect(
 
     Example:  fluorspar materials inspect sheet.bfc --plot sheet.png --yields yields.csv
     """
+    from fluorspar.bispectral.library import material
+    from fluorspar.bispectral.material import Material
     from fluorspar.cli.materials.matrices import find_matrix
-    from fluorspar.spectral.library import material
-    from fluorspar.spectral.material import Material
 
     check_plot(plot)
     path = Path(file)
@@ -107,8 +107,8 @@ def _line(label: str, text: str) -> None:
 
 def _fits(measured: MeasuredMatrix, path: Path, tell: Callable[[str], None]) -> list[_Fit]:
     """Fit as many fluorophores as the data call for, which comes first, and 1 and 2."""
-    from fluorspar.spectral.fit_report import report_fit
-    from fluorspar.spectral.fitting import fit_material
+    from fluorspar.bispectral.fit.fit import fit_material
+    from fluorspar.bispectral.fit.report import report_fit
 
     found: list[_Fit] = []
     for rank in (None, 1, 2):
@@ -212,8 +212,8 @@ def _yields(made: Material) -> None:
 
 def _wide(made: Material) -> DonaldsonMatrix:
     """The matrix of a material from the ultraviolet on; what it assumes there is told by its description."""
+    from fluorspar.bispectral.lamp_colour import WIDE
     from fluorspar.errors import ExtrapolationWarning
-    from fluorspar.spectral.lamp_colour import WIDE
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExtrapolationWarning)
@@ -224,8 +224,8 @@ def _colours(made: Material, fitted: Material | None = None) -> Table:
     """Colours under several lights; of measurement and fit if there are both."""
     from rich.table import Table
 
+    from fluorspar.bispectral.lamp_colour import colour_under_lamp
     from fluorspar.errors import ExtrapolationWarning
-    from fluorspar.spectral.lamp_colour import colour_under_lamp
 
     # a measured matrix shows the colour of all its cells, those above the diagonal included
     table = Table("", "light", "L*", "a*", "b*", "sRGB", "lumin.", box=None, pad_edge=False)

@@ -11,7 +11,7 @@ from fluorspar.cli.materials.common import swatch
 from fluorspar.cli.options import LibraryOption
 
 if TYPE_CHECKING:
-    from fluorspar.spectral.material import Material
+    from fluorspar.bispectral.material import Material
 
 __all__ = ["list_materials"]
 
@@ -29,9 +29,9 @@ def list_materials(
     from rich.table import Table
     from rich.text import Text
 
+    from fluorspar.bispectral.lamp_colour import colour_under_lamp
+    from fluorspar.bispectral.library import material, materials
     from fluorspar.errors import FluorsparError, FluorsparWarning
-    from fluorspar.spectral.lamp_colour import colour_under_lamp
-    from fluorspar.spectral.library import material, materials
 
     folders = library or []
     table = Table("", "name", "fluoresces, nm", "description", box=None, pad_edge=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from fluorspar.errors import MaterialError, message
 
 if TYPE_CHECKING:
-    from fluorspar.spectral.measured import MeasuredMatrix
+    from fluorspar.bispectral.measured import MeasuredMatrix
 
 __all__ = ["find_matrix", "read_matrix"]
 
@@ -21,10 +21,10 @@ def find_matrix(path: Path) -> MeasuredMatrix | None:
     MaterialError
         If the file is missing or malformed, or the matrix physically impossible.
     """
-    from fluorspar.spectral.bfc import read_bfc
-    from fluorspar.spectral.donaldson_file import read_donaldson_csv
-    from fluorspar.spectral.measured_check import check_measured
-    from fluorspar.spectral.tables import read_table
+    from fluorspar.bispectral.files.bfc import read_bfc
+    from fluorspar.bispectral.files.donaldson_csv import read_donaldson_csv
+    from fluorspar.bispectral.measured_check import check_measured
+    from fluorspar.files.tables import read_table
 
     if path.suffix.lower() == ".bfc":
         return read_bfc(path)

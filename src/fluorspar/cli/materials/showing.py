@@ -19,7 +19,7 @@ def show(name: MaterialArgument, plot: PlotOption = None, library: LibraryOption
 
     Example:  fluorspar materials show poster-red --plot poster-red.png
     """
-    from fluorspar.spectral.library import material
+    from fluorspar.bispectral.library import material
 
     check_plot(plot)
     made = material(name, library or [])

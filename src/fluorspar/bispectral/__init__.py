@@ -1,0 +1,2 @@
+"""Materials, which take up light of one wavelength and give out light of another: what they are, where they come
+from, and their colour under a lamp."""

@@ -1,0 +1,175 @@
+"""A dye on a substrate, from its excitation and emission spectrum, quantum yield and strength."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.bispectral.material import Fluorophore, Material
+from fluorspar.errors import MaterialError, SpectrumError, message
+from fluorspar.spectral.spectrum import Spectrum, SpectrumLike, as_spectrum, trapezoid
+
+__all__ = ["dye"]
+
+Array = NDArray[np.float64]
+Units = Literal["energy", "photon"]
+
+
+def dye(
+    excitation: Spectrum,
+    emission: Spectrum,
+    quantum_yield: float,
+    strength: float,
+    *,
+    units: Units,
+    substrate: SpectrumLike | Material = 0.85,
+    name: str = "dye",
+    description: str = "",
+    credit: str = "",
+    assumed: str = "",
+) -> Material:
+    """Make the material that a dye on a matte substrate is.
+
+    The dye absorbs the share `a(ex) = strength * excitation(ex) / max(excitation)` of the light, reflects
+    what the substrate reflects of the rest, S = (1 - a) S_substrate, and of each `a` photons absorbed gives
+    out `quantum_yield * a` towards the outside, spread over wavelength as `emission` says, whatever was
+    absorbed. In energy, and with D_L = alpha beta:
+
+        alpha(em) beta(ex) = quantum_yield a(ex) ex q(em) / em,     q = photons per nm, integral 1
+
+    Emission at wavelengths shorter than the excitation is left out (Stokes), so the photon yield of
+    excitation inside the emission band is less than `quantum_yield * a`.
+
+    Parameters
+    ----------
+    excitation : Spectrum
+        Relative; how much light of one wavelength is absorbed. In units of "photon" an excitation spectrum
+        is what a quantum counter corrects for: emission per incident photon; it is then proportional to
+        `a`. In "energy" it is emission per incident energy, proportional to `a` times wavelength.
+    emission : Spectrum
+        Relative, per nm: photons (as quantum-counting instruments give it) or energy.
+    quantum_yield : float
+        Photons given out per photon absorbed, 0 to 1.
+    strength : float
+        The share of the light that is absorbed at the peak of the absorption, 0 to 1.
+    units : {"energy", "photon"}
+        Of both spectra. Must be given: no file says it by itself, and the difference is some nanometres of
+        the peak.
+    substrate : float, Spectrum, ... or Material, optional
+        Reflectance of what is dyed; if it fluoresces, its dyes get the light that this one leaves, as S does:
+        their beta times 1 - a.
+    name, description, credit, assumed
+        Of the material.
+
+    Returns
+    -------
+    Material
+
+    Raises
+    ------
+    MaterialError
+        If units are not given as one of the two, quantum yield or strength lies outside 0 to 1, a spectrum is
+        negative or 0 everywhere, or most of the emission lies at shorter wavelengths than the excitation.
+
+    Examples
+    --------
+    >>> peak = Spectrum([400, 450, 500], [0, 1, 0]), Spectrum([480, 530, 580], [0, 1, 0])
+    >>> paint = dye(*peak, quantum_yield=0.9, strength=0.5, units="photon", substrate=0.8)
+    >>> paint.reflectance.at(450), paint.reflectance.at(600)
+    (0.4, 0.8)
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> yields = paint.on(Wavelengths(400, 600, 1)).photon_yield()
+    >>> round(float(yields[50]), 3)  # 0.4 reflected, 0.9 x 0.5 luminescent
+    0.85
+    """
+    if units not in ("energy", "photon"):
+        fix = 'say units="photon" for counts of a fluorometer, "energy" for power per nm'
+        fault = "a dye needs the units of its spectra"
+        raise MaterialError(
+            message(fault, where=name, got=repr(units), expected="'energy' or 'photon'", fix=fix)
+        )
+    for what, value in (("quantum yield", quantum_yield), ("strength", strength)):
+        if not isinstance(value, (int, float, np.number)) or not 0 <= value <= 1:
+            fault = f"the {what} of a dye is impossible"
+            raise MaterialError(message(fault, where=name, got=repr(value), expected="a number, 0 to 1"))
+    for spectrum in (excitation, emission):
+        if spectrum.values.min() < 0 or not spectrum.values.any() or spectrum.is_constant:
+            fault = "a spectrum of a dye is negative, 0 everywhere or constant"
+            raise MaterialError(message(fault, where=f"{name}, {spectrum.title}"))
+    if isinstance(substrate, Material) and (substrate.matrix is not None or substrate.parts):
+        fault, fix = "a substrate with a measured matrix cannot be dyed", "fit it first"
+        raise MaterialError(message(fault, where=substrate.name, fix=fix))
+    ex, em = excitation.wavelengths, emission.wavelengths
+    absorbed = excitation.values / (ex if units == "energy" else 1.0)
+    absorbed = strength * absorbed / absorbed.max()
+    photons = emission.values * (em if units == "energy" else 1.0)
+    photons = photons / trapezoid(photons, em)
+    taken_up = absorbed * ex
+    area = trapezoid(taken_up, ex)
+    _check_order(name, ex, taken_up, em, photons)
+    fluorophore = Fluorophore(
+        Spectrum(em, quantum_yield * area * photons / em, f"emission of {name!r}", assumed),
+        Spectrum(ex, taken_up, f"excitation of {name!r}", assumed),
+        name,
+    )
+    try:
+        base = substrate if isinstance(substrate, Material) else Material(name, as_spectrum(substrate))
+        reflectance = _dyed(base.reflectance, Spectrum(ex, absorbed), f"reflectance of {name!r}", assumed)
+        return Material(
+            name,
+            reflectance,
+            (*(_shaded(other, ex, absorbed) for other in base.fluorophores), fluorophore),
+            description=description,
+            credit=credit,
+            assumed=assumed,
+        )
+    except SpectrumError as err:
+        raise MaterialError(message("a dyed substrate is impossible", where=name, got=err)) from err
+
+
+def _check_order(name: str, ex: Array, taken_up: Array, em: Array, photons: Array) -> None:
+    """Refuse a dye most of whose emission the Stokes limit would leave out."""
+    longer = [trapezoid(np.where(em > at, photons, 0.0), em) for at in ex]
+    share = trapezoid(taken_up * np.array(longer), ex) / trapezoid(taken_up, ex)
+    if share < 0.5:
+        peaks = f"excitation peak {ex[taken_up.argmax()]:g} nm, emission peak {em[photons.argmax()]:g} nm"
+        raise MaterialError(
+            message(
+                "most of the emission of a dye lies at shorter wavelengths than its excitation",
+                where=name,
+                got=f"{peaks}; {100 * share:.0f} % of the emission is at longer wavelengths",
+                expected="emission at longer wavelengths than excitation (Stokes)",
+                fix="were the two spectra swapped?",
+            )
+        )
+
+
+def _shaded(other: Fluorophore, ex: Array, absorbed: Array) -> Fluorophore:
+    """A dye of the substrate below one that absorbs the share `absorbed` (n,) of the light of `ex` (n,)."""
+    beta = other.excitation
+    inside = (ex > beta.support[0]) & (ex < beta.support[1])
+    w = np.unique(np.concatenate([beta.wavelengths, ex[inside]]))
+    left = np.interp(w, beta.wavelengths, beta.values) * (1 - np.interp(w, ex, absorbed, left=0.0, right=0.0))
+    share = trapezoid(left, w)  # Fluorophore makes the integral 1, so alpha takes it up
+    if share <= 0:
+        return replace(other, emission=other.emission.scaled(0.0))
+    return replace(
+        other, emission=other.emission.scaled(share), excitation=replace(beta, wavelengths=w, values=left)
+    )
+
+
+def _dyed(substrate: Spectrum, absorbed: Spectrum, title: str, assumed: str) -> Spectrum:
+    """Return S_substrate (1 - a) on the wavelengths of both; a is 0 outside its table."""
+    first, last = (300.0, 780.0) if substrate.is_constant else substrate.support
+    found = np.unique(np.concatenate([absorbed.wavelengths, substrate.wavelengths, [first, last]]))
+    found = found[(found >= first) & (found <= last)]
+    share = np.interp(found, absorbed.wavelengths, absorbed.values, left=0.0, right=0.0)
+    base = (
+        substrate.values[0]
+        if substrate.is_constant
+        else np.interp(found, substrate.wavelengths, substrate.values)
+    )
+    return Spectrum(found, base * (1 - share), title, assumed)

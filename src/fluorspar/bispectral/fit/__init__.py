@@ -1,0 +1,1 @@
+"""From a measured matrix to the few spectra that a material is made of."""

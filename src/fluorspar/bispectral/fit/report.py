@@ -1,0 +1,157 @@
+"""How well a fitted material shows the colours of the matrix it was fitted to."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
+from fluorspar.bispectral.material import Material
+from fluorspar.bispectral.measured import MeasuredMatrix
+from fluorspar.colour.xyz import lab_from_xyz, observer_weights
+from fluorspar.errors import ExtrapolationWarning
+from fluorspar.spectral.colour_science import colour_science
+from fluorspar.spectral.illuminants import illuminant
+from fluorspar.spectral.wavelengths import Wavelengths
+
+__all__ = ["FitReport", "delta_e_2000", "report_fit", "report_lights"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FitReport:
+    """What `report_fit` found; N wavelengths of `grid`.
+
+    Attributes
+    ----------
+    grid : Wavelengths
+    unexplained : float
+        Root-mean-square residual of the cells below the diagonal over their root mean square, noise included.
+    delta_e : dict of str to float
+        CIEDE2000 between the total radiance factors of fit and measurement under each light of
+        `report_lights`. The measurement is its diagonal and what is below; what is above can only be noise.
+    delta_e_all_cells : dict of str to float
+        The same with the cells above the diagonal counted too, as in a measured matrix that is used as it is.
+        Compare with `delta_e`: the measured colour itself is uncertain by about the difference.
+    photon_yield, energy_yield : ndarray of shape (N,)
+        Of the fit, per excitation wavelength, reflection included.
+    measured_photon_yield, measured_energy_yield : ndarray of shape (N,)
+        Of the measurement, what is above its diagonal left out; NaN where its reflectance was not measured.
+    """
+
+    grid: Wavelengths
+    unexplained: float
+    delta_e: dict[str, float]
+    delta_e_all_cells: dict[str, float]
+    photon_yield: Array
+    energy_yield: Array
+    measured_photon_yield: Array
+    measured_energy_yield: Array
+
+
+def report_fit(measured: MeasuredMatrix, material: Material, step: float | None = None) -> FitReport:
+    """Compare a material with the matrix it was fitted to.
+
+    Colours are sums over the emission wavelengths that were measured, for the CIE 1931 observer; the white
+    is the same sum over the light. Where S was not measured, both hold its end value.
+
+    Parameters
+    ----------
+    measured
+        The matrix.
+    material
+        Its fit.
+    step
+        Of the grid in nm; that of the measurement by default.
+
+    Returns
+    -------
+    FitReport
+
+    Raises
+    ------
+    MaterialError
+        If the material is physically impossible.
+
+    Examples
+    --------
+    >>> from fluorspar.bispectral.fit.fit import fit_material
+    >>> w = np.arange(380.0, 781.0, 10.0)
+    >>> band = np.outer(np.exp(-(((w - 560) / 30) ** 2)), np.exp(-(((w - 490) / 40) ** 2)))
+    >>> sheet = MeasuredMatrix(w, w, 0.3 * np.eye(41) + 0.05 * np.tril(band, -1), "sheet")
+    >>> report = report_fit(sheet, fit_material(sheet, support=(380, 780)).material, step=5)
+    >>> report.delta_e["D65"] < 0.2, bool(report.photon_yield.max() < 1)
+    (True, True)
+    """
+    h = measured.step if step is None else step
+    first = min(measured.excitation[0], measured.emission[0])
+    last = max(measured.excitation[-1], measured.emission[-1])
+    grid = Wavelengths(float(first), float(first + h * np.floor((last - first) / h + 1e-6)), h)
+    with warnings.catch_warnings():  # both sides assume the same outside the data
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        S, density = measured.on(grid)
+        fitted = material.on(grid)
+    full = DonaldsonMatrix(grid, S, luminescent=density)
+    stokes = DonaldsonMatrix(grid, S, luminescent=np.tril(density))
+    seen = (grid.values >= measured.emission[0]) & (grid.values <= measured.emission[-1])
+    weights = np.where(seen[:, None], observer_weights(grid), 0.0)
+    delta_e, delta_e_all_cells = (
+        {name: _difference(fitted, other, light, weights) for name, light in report_lights(grid).items()}
+        for other in (stokes, full)
+    )
+    S_range = measured.reflectance.support
+    known = (grid.values > S_range[0] - 1e-6) & (grid.values < S_range[1] + 1e-6)
+    below = np.tri(len(grid), k=-1) * seen[:, None] > 0
+    cells = density[below]
+    residual = np.sqrt(np.mean((fitted.density()[below] - cells) ** 2))
+    return FitReport(
+        grid,
+        float(residual / np.sqrt(np.mean(cells**2))) if np.any(cells) else 0.0,
+        delta_e,
+        delta_e_all_cells,
+        fitted.photon_yield(),
+        fitted.energy_yield(),
+        np.where(known, stokes.photon_yield(), np.nan),
+        np.where(known, stokes.energy_yield(), np.nan),
+    )
+
+
+def report_lights(grid: Wavelengths) -> dict[str, Array]:
+    """Return the lights a fit is judged in, relative, ndarrays of shape (N,).
+
+    D65, A and FL11 are CIE illuminants (0 where their tables end); "D65+UV" has a band of 365 nm added, as
+    of an ultraviolet lamp: half width 10 nm, three times as strong as D65 at 560 nm; "D65-UV" is D65
+    without what is below 400 nm (measurement condition M2).
+
+    Examples
+    --------
+    >>> lights = report_lights(Wavelengths(300, 780, 5))
+    >>> sorted(lights), float(lights["D65-UV"][:20].max())
+    (['A', 'D65', 'D65+UV', 'D65-UV', 'FL11'], 0.0)
+    """
+    lights = {name: illuminant(name).on(grid, outside="zero") for name in ("D65", "A", "FL11")}
+    w = grid.values
+    lights["D65+UV"] = lights["D65"] + 300.0 * np.exp(-np.log(2) * ((w - 365) / 10) ** 2)
+    lights["D65-UV"] = np.where(w < 400, 0.0, lights["D65"])
+    return lights
+
+
+def delta_e_2000(lab: ArrayLike, other: ArrayLike) -> Array:
+    """Return CIEDE2000 (k_L = k_C = k_H = 1) between CIELAB colours of shape (..., 3), by colour-science.
+
+    Examples
+    --------
+    >>> float(delta_e_2000([50.0, 2.6772, -79.7751], [50.0, 0.0, -82.7485]).round(4))  # Sharma et al. 2005, pair 1
+    2.0425
+    """
+    return np.asarray(colour_science().delta_E(np.asarray(lab), np.asarray(other), method="CIE 2000"))
+
+
+def _difference(a: DonaldsonMatrix, b: DonaldsonMatrix, light: Array, weights: Array) -> float:
+    white = light @ weights
+    labs = [lab_from_xyz(D.apply(light) @ weights, white) for D in (a, b)]
+    return float(delta_e_2000(*labs))

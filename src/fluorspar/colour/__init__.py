@@ -1,0 +1,1 @@
+"""What spectra look like: XYZ, CIELAB, sRGB, chromatic adaptation, whiteness, colour differences."""

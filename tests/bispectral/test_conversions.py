@@ -1,0 +1,82 @@
+"""Density and band-weighted cells, Eq. 2 of the paper, the Stokes limit: numbers by hand, round trips."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from fluorspar.bispectral.conversions import (
+    band_from_density,
+    density_from_band,
+    from_unit_norm,
+    stokes_weights,
+    to_unit_norm,
+)
+from fluorspar.errors import MaterialError
+from fluorspar.spectral.spectrum import trapezoid
+
+matrices = arrays(np.float64, (4, 4), elements=st.floats(-0.01, 1))
+positive = st.floats(0.01, 1)
+
+
+def test_the_diagonal_is_never_scaled() -> None:
+    band = np.array([[0.5, 0.0, 0.0], [0.2, 0.6, 0.0], [0.4, 0.1, 0.7]])
+    S, at_10 = density_from_band(band, step=10)
+    assert S.tolist() == [0.5, 0.6, 0.7]
+    assert at_10[2, 0] == pytest.approx(0.04)
+    # from 10 to 5 nm the other cells halve
+    assert band_from_density(S, at_10, step=5) == pytest.approx(
+        np.array([[0.5, 0.0, 0.0], [0.1, 0.6, 0.0], [0.2, 0.05, 0.7]])
+    )
+
+
+@given(matrices, st.sampled_from([1.0, 2.5, 5.0, 10.0, 20.0]))
+def test_band_to_density_and_back(band: np.ndarray, step: float) -> None:
+    back = band_from_density(*density_from_band(band, step), step)
+    assert np.array_equal(np.diag(back), np.diag(band))
+    assert back == pytest.approx(band, rel=1e-15, abs=1e-300)
+
+
+def test_stokes_weights() -> None:
+    assert stokes_weights(3, "half").tolist() == [[0.5, 0, 0], [1, 0.5, 0], [1, 1, 0.5]]
+    assert stokes_weights(3, "strict").tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
+
+
+def test_eq_2_by_hand() -> None:
+    # beta = (0.06, 0.08)/nm has norm 0.1; h = 5: alpha' = alpha x 0.1 x 5
+    alpha, beta = to_unit_norm([0.4, 0.8], [0.06, 0.08], step=5)
+    assert beta == pytest.approx([0.6, 0.8])
+    assert alpha == pytest.approx([0.2, 0.4])
+
+
+@given(arrays(np.float64, (2, 5), elements=positive), arrays(np.float64, (2, 3), elements=positive))
+def test_eq_2_and_back(alpha: np.ndarray, inner: np.ndarray) -> None:
+    """The norm is 1, the band-weighted product the same, and a beta of integral 1 comes back as it was."""
+    w = np.linspace(400, 440, 5)
+    beta = np.pad(inner, ((0, 0), (1, 1)))  # ends within the grid
+    beta /= np.array([trapezoid(row, w) for row in beta])[:, None]
+    alpha_2, beta_2 = to_unit_norm(alpha, beta, step=10)
+    assert np.linalg.norm(beta_2, axis=-1) == pytest.approx(1)
+    assert alpha_2.T @ beta_2 == pytest.approx(10 * alpha.T @ beta)
+    alpha_back, beta_back = from_unit_norm(alpha_2, beta_2, w)
+    assert alpha_back == pytest.approx(alpha)
+    assert beta_back == pytest.approx(beta)
+
+
+def test_any_other_norm_is_taken_too() -> None:
+    w = np.linspace(400, 440, 5)
+    alpha, beta = np.array([0.0, 0.1, 0.5, 0.2, 0.0]), np.array([0.0, 3.0, 9.0, 2.0, 0.0])
+    converted_alpha, converted_beta = from_unit_norm(alpha, beta, w)
+    assert trapezoid(converted_beta, w) == pytest.approx(1)
+    assert 10 * np.outer(converted_alpha, converted_beta) == pytest.approx(np.outer(alpha, beta))
+
+
+@pytest.mark.parametrize(
+    "convert", [lambda a, b: to_unit_norm(a, b, 5), lambda a, b: from_unit_norm(a, b, np.arange(2))]
+)
+def test_a_beta_of_0_has_no_norm(convert) -> None:
+    with pytest.raises(MaterialError, match="0 everywhere"):
+        convert(np.ones(2), np.zeros(2))
