@@ -18,7 +18,7 @@ test: lint types
 test-browser: $(READY)
 	command -v chromium >/dev/null || command -v google-chrome >/dev/null || test -n "$$CHROMIUM" || test "$$(id -u)" != 0 || \
 		{ apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
-	$(BIN)/python -m pytest -m browser tests/measure
+	$(BIN)/python -m pytest -m browser tests/figures
 
 lint: $(READY)
 	$(BIN)/ruff check .

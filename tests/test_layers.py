@@ -26,7 +26,9 @@ LAYERS = [
     "paths",
     "staged",
     "rendering",
-    "measure",
+    "measuring",
+    "comparing",
+    "figures",
     "cli",
     "__main__",
 ]

@@ -15,6 +15,7 @@ from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError, message
 from fluorspar.image.dataset import plain_attrs
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.stated import METHODS
 from fluorspar.progress import Progress
 from fluorspar.scene.renderer import TRACE_VARIANTS
 from fluorspar.scene.scene import Scene, load_scene, whole
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
 __all__ = ["METHODS", "render"]
 
-METHODS = ("paths", "staged")
 LARGEST_SEED = 2**63 - 1  # what the attributes of a NetCDF file can hold
 
 

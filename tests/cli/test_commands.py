@@ -229,7 +229,7 @@ def test_a_fault_of_our_own_has_an_exit_code_of_its_own(
     def broken(*arguments: object, **options: object) -> None:
         raise ZeroDivisionError("nobody thought of this")
 
-    monkeypatch.setattr("fluorspar.measure.compare.compare", broken)
+    monkeypatch.setattr("fluorspar.comparing.compare.compare", broken)
     done = fluorspar("compare", "old.nc", "old.nc", "--fail-above", "rmse=1")
     assert done.code == 70
     assert done.says("Traceback", "in broken", "nobody thought of this", "error: a fault of Fluorspar itself")

@@ -16,7 +16,7 @@ from command_line import OLD, CommandLine
 from PIL import Image, ImageCms
 
 from fluorspar import SpectralImage, Wavelengths, errors
-from fluorspar.measure.point_spectra import read_point_spectra
+from fluorspar.measuring.point_spectra import read_point_spectra
 
 GRID = Wavelengths(400, 700, 20)
 POINTS = "point,x,y,white\nleft,2,3,0.85\nright,9,4,\n"

@@ -104,7 +104,7 @@ def test_signal(fluorspar: CommandLine) -> None:
         import signal
         signal.signal(signal.SIGINT, signal.default_int_handler)
         from fluorspar.cli.main import main
-        from fluorspar.image.netcdf_writer import NetcdfWriter
+        from fluorspar.image.formats.netcdf_writer import NetcdfWriter
 
         write_pixels = NetcdfWriter.write_pixels
 

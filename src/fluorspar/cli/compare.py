@@ -111,13 +111,13 @@ def compare(
 ) -> None:
     """Compare spectra: RMSE (Eq. 14 with --match POINT), CIEDE2000, bias, and how much of the difference is noise."""
     from fluorspar.cli.measuring import aperture_of, check_files, limits_of, scene_named
+    from fluorspar.comparing.compare import compare as compare_spectra
     from fluorspar.errors import OptionError, message
+    from fluorspar.figures.report import write_report
+    from fluorspar.figures.spectra import comparison_figure, write_figure
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input
-    from fluorspar.measure.compare import compare as compare_spectra
-    from fluorspar.measure.figures import comparison_figure, write_figure
-    from fluorspar.measure.points import read_points
-    from fluorspar.measure.report import write_report
+    from fluorspar.measuring.points import read_points
     from fluorspar.spectral.wavelengths import Wavelengths
 
     outputs = output or []

@@ -52,10 +52,10 @@ def convert(
     from fluorspar.errors import OptionError, message
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input
-    from fluorspar.image.envi import data_file
-    from fluorspar.image.picture import write_png
+    from fluorspar.image.converted import ASSUMED, converted
+    from fluorspar.image.display.picture import write_png
+    from fluorspar.image.formats.envi import data_file
     from fluorspar.image.spectral_image import SpectralImage
-    from fluorspar.measure.converted import ASSUMED, converted
     from fluorspar.spectral.wavelengths import Wavelengths
 
     check_files([target], (".nc", ".exr", ".hdr", ".png"))

@@ -56,15 +56,15 @@ def measure(
     from rich.table import Table
 
     from fluorspar.cli.measuring import aperture_of, check_files, scene_named
+    from fluorspar.figures.spectra import spectra_figure, write_figure
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input
     from fluorspar.image.spectral_image import SpectralImage
-    from fluorspar.measure.figures import spectra_figure, write_figure
-    from fluorspar.measure.point_spectra import write_point_spectra
-    from fluorspar.measure.points import read_points
-    from fluorspar.measure.spectroradiometer import measure as measure_spectra
-    from fluorspar.measure.spectroradiometer import normalised
-    from fluorspar.measure.units import is_radiance
+    from fluorspar.image.units import is_unit_of_radiance
+    from fluorspar.measuring.point_spectra import write_point_spectra
+    from fluorspar.measuring.points import read_points
+    from fluorspar.measuring.spectroradiometer import measure as measure_spectra
+    from fluorspar.measuring.spectroradiometer import normalised
 
     check_files(output or [], (".csv", ".png"))
     for path in output or []:
@@ -86,7 +86,7 @@ def measure(
             write_point_spectra(spectra, path)
         else:
             write_figure(spectra_figure(spectra), path)
-    absolute = is_radiance(measured.unit)
+    absolute = is_unit_of_radiance(measured.unit)
     illuminances = measured.illuminance() if absolute else {}
     level = "luminance, cd/m2" if absolute else "luminance, relative"
     table = Table("point", level, "illuminance, lx", "note", box=None, pad_edge=False)

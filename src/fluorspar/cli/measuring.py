@@ -11,7 +11,7 @@ from fluorspar.cli.options import pairs
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
-    from fluorspar.measure.aperture import Aperture
+    from fluorspar.measuring.aperture import Aperture
     from fluorspar.scene.scene import Scene
 
 __all__ = ["aperture_of", "check_files", "limits_of", "scene_named"]
@@ -59,7 +59,7 @@ def limits_of(texts: Sequence[str]) -> dict[str, float]:
     >>> limits_of(["rmse=0.05"])
     {'rmse': 0.05}
     """
-    from fluorspar.measure.comparison import LIMITS
+    from fluorspar.comparing.comparison import LIMITS
 
     option = "--fail-above"
     limits: dict[str, float] = {}
@@ -86,7 +86,7 @@ def limits_of(texts: Sequence[str]) -> dict[str, float]:
 
 def aperture_of(text: str | None) -> Aperture | None:
     """Read an aperture, such as `0.125deg` or `3px`."""
-    from fluorspar.measure.aperture import Aperture
+    from fluorspar.measuring.aperture import Aperture
 
     return None if text is None else Aperture.parse(text)
 

@@ -64,7 +64,7 @@ def stream_target(outputs: Sequence[Path]) -> Path | None:
 
 def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path | None) -> None:
     """Write the files that are not written yet, and say what came out."""
-    from fluorspar.image.picture import write_pictures
+    from fluorspar.image.display.picture import write_pictures
 
     console.out.print(str(image), markup=False, highlight=False)
     streamed = stream_target(outputs)

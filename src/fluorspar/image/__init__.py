@@ -1,1 +1,1 @@
-"""Spectral images and their file formats."""
+"""Spectral images, their components and units."""

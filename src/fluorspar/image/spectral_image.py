@@ -140,14 +140,14 @@ class SpectralImage:
         """
         suffix = _suffix(path, (".nc", ".exr", ".hdr"), "read from")
         if suffix == ".nc":
-            from fluorspar.image.netcdf import read_netcdf
+            from fluorspar.image.formats.netcdf import read_netcdf
 
             return cls(read_netcdf(path))
         if suffix == ".hdr":
-            from fluorspar.image.envi import read_envi
+            from fluorspar.image.formats.envi import read_envi
 
             return cls(read_envi(path))
-        from fluorspar.image.exr import read_exr
+        from fluorspar.image.formats.exr import read_exr
 
         return cls(read_exr(path))
 
@@ -175,19 +175,19 @@ class SpectralImage:
         """
         suffix = _suffix(path, (".nc", ".exr", ".hdr", ".png"), "written to")
         if suffix == ".nc":
-            from fluorspar.image.netcdf import write_netcdf
+            from fluorspar.image.formats.netcdf import write_netcdf
 
             write_netcdf(self.dataset, path)
         elif suffix == ".exr":
-            from fluorspar.image.exr import write_exr
+            from fluorspar.image.formats.exr import write_exr
 
             write_exr(self.dataset, path)
         elif suffix == ".hdr":
-            from fluorspar.image.envi import write_envi
+            from fluorspar.image.formats.envi import write_envi
 
             write_envi(self.dataset, path)
         else:
-            from fluorspar.image.picture import write_png
+            from fluorspar.image.display.picture import write_png
 
             write_png(self, path)
 
@@ -331,7 +331,7 @@ class SpectralImage:
         >>> image.xyz("reflected").dims
         ('y', 'x', 'tristimulus')
         """
-        from fluorspar.image.appearance import xyz_of
+        from fluorspar.image.display.appearance import xyz_of
 
         xyz = xyz_of(self.dataset, select(component, self.components), observer)
         units = "cd m-2" if observer == CIE_1931 and is_radiance(self.dataset.attrs) else "relative"
@@ -401,7 +401,7 @@ class SpectralImage:
         (4, 6, 3)
         >>> same_scale = image.srgb("direct_luminescence", exposure=picture.exposure)
         """
-        from fluorspar.image.appearance import appearance
+        from fluorspar.image.display.appearance import appearance
 
         shown = appearance(self.dataset, select(component, self.components), exposure, white=white)
         picture = _labelled(shown.rgb, "channel", ["R", "G", "B"], "sRGB", "1")
@@ -476,7 +476,7 @@ class SpectralImage:
         return self._summarised().html(self._repr_png_())
 
     def _repr_png_(self) -> bytes:
-        from fluorspar.image.picture import png_bytes, thumbnail
+        from fluorspar.image.display.picture import png_bytes, thumbnail
 
         return png_bytes(thumbnail(self))
 

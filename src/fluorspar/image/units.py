@@ -19,7 +19,9 @@ from fluorspar.errors import ImageError, message
 __all__ = [
     "NOT_STATED",
     "UNITS",
+    "in_our_spelling",
     "is_radiance",
+    "is_unit_of_radiance",
     "powers_of",
     "quantity_of",
     "same_unit",
@@ -71,6 +73,17 @@ def is_radiance(attrs: Mapping[str, Any]) -> bool:
     return quantity_of(attrs) == "radiance" and same_unit(unit_of(attrs), UNITS)
 
 
+def is_unit_of_radiance(unit: str) -> bool:
+    """Whether luminance in cd/m2 and illuminance in lux follow from numbers of this unit.
+
+    Examples
+    --------
+    >>> [is_unit_of_radiance(unit) for unit in ("W/(m2 sr nm)", "W m-2 sr-1", "1", "not stated")]
+    [True, False, False, False]
+    """
+    return same_unit(unit, UNITS)
+
+
 def same_unit(a: str, b: str) -> bool:
     """Whether two texts are one unit; products and quotients of powers may be spelt in several ways.
 
@@ -81,6 +94,17 @@ def same_unit(a: str, b: str) -> bool:
     """
     powers = powers_of(a)
     return a == b or (powers is not None and powers == powers_of(b))
+
+
+def in_our_spelling(unit: str) -> str:
+    """A unit as Fluorspar spells it if it is that of spectral radiance, else as it is.
+
+    Examples
+    --------
+    >>> in_our_spelling("W.m^-2.sr^-1.nm^-1"), in_our_spelling("counts "), in_our_spelling("")
+    ('W m-2 sr-1 nm-1', 'counts', 'not stated')
+    """
+    return UNITS if same_unit(unit, UNITS) else unit.strip() or NOT_STATED
 
 
 def powers_of(unit: str) -> dict[str, int] | None:

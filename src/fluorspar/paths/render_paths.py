@@ -14,7 +14,7 @@ import numpy as np
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.errors import FluorsparWarning, OptionError, message
 from fluorspar.image.components import COMPONENTS
-from fluorspar.image.netcdf import NetcdfWriter
+from fluorspar.image.formats.netcdf import NetcdfWriter
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.paths.estimate import estimate
 from fluorspar.progress import Progress

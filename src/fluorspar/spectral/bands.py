@@ -1,7 +1,8 @@
 """Bringing spectra of different wavelength grids and band shapes together, explicitly.
 
 A *sample* is the value at one wavelength. A *band* of an instrument is the mean under a triangle whose full
-width at half maximum (FWHM) is the instrument's bandwidth.
+width at half maximum (FWHM) is the instrument's bandwidth. Standard errors of bands are fully correlated in a render,
+independent in a table of measurements.
 """
 
 from __future__ import annotations
@@ -14,7 +15,16 @@ from numpy.typing import ArrayLike, NDArray
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["Bands", "assumed_bands", "band_weights", "beyond_the_data", "common_bands", "conversion"]
+__all__ = [
+    "Bands",
+    "assumed_bands",
+    "band_weights",
+    "beyond_the_data",
+    "common_bands",
+    "conversion",
+    "error_of_sum",
+    "errors_on_bands",
+]
 
 Array = NDArray[np.float64]
 
@@ -285,3 +295,54 @@ def conversion(source: Bands, target: Bands, name: str = "it") -> tuple[Array | 
     return band_weights(
         here.values, there.values, missing
     ), f"{name}: {source}, brought to {target} by: {how}."
+
+
+def error_of_sum(errors: Array, shares: Array, correlated: bool) -> Array:
+    """Return the standard error of weighted sums over bands.
+
+    Parameters
+    ----------
+    errors : ndarray of shape (P, N)
+    shares : ndarray of shape (N,)
+        Weights of the bands.
+    correlated : bool
+        Whether the errors of the bands are fully correlated; else they are independent.
+
+    Returns
+    -------
+    ndarray of shape (P,)
+
+    Examples
+    --------
+    >>> errors, mean = np.ones((1, 4)), np.full(4, 0.25)
+    >>> error_of_sum(errors, mean, correlated=True), error_of_sum(errors, mean, correlated=False)
+    (array([1.]), array([0.5]))
+    """
+    if correlated:
+        return np.asarray(errors @ np.abs(shares))
+    return np.asarray(np.sqrt(errors**2 @ shares**2))
+
+
+def errors_on_bands(errors: Array | None, weights: Array | None, correlated: bool) -> Array | None:
+    """Bring standard errors to other bands.
+
+    Parameters
+    ----------
+    errors : ndarray of shape (P, N) or None
+    weights : ndarray of shape (T, N) or None
+        As from `conversion`; None: nothing is to be done.
+    correlated : bool
+        As in `error_of_sum`.
+
+    Returns
+    -------
+    ndarray of shape (P, T) or None
+
+    Examples
+    --------
+    >>> errors_on_bands(np.ones((1, 2)), np.array([[0.5, 0.5]]), correlated=True)
+    array([[1.]])
+    """
+    if errors is None or weights is None:
+        return errors
+    return np.stack([error_of_sum(errors, row, correlated) for row in weights], axis=-1)

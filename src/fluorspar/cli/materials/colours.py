@@ -88,7 +88,7 @@ def colour(
         _write(found, output)
         console.out.print(f"wrote {output}", markup=False, highlight=False)
     if plot is not None:
-        from fluorspar.measure.material_figures import lamp_figure
+        from fluorspar.figures.materials import lamp_figure
 
         write_plot(lamp_figure(found, made.name), plot)
         console.out.print(f"wrote {plot}", markup=False, highlight=False)

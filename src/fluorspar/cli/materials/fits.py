@@ -86,7 +86,7 @@ def fit(
     text = f"name it as {output}, or as {output.stem} with --library {output.parent}"
     console.out.print(text, markup=False, highlight=False)
     if plot is not None:
-        from fluorspar.measure.material_figures import fit_figure
+        from fluorspar.figures.materials import fit_figure
 
         write_plot(fit_figure(found), plot)
         console.out.print(f"wrote {plot}", markup=False, highlight=False)

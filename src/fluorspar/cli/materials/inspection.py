@@ -86,7 +86,7 @@ def inspect(
         _write_yields(yields, made, None if chosen is None else fits[0].coarse)
         console.out.print(f"wrote {yields}", markup=False, highlight=False)
     if plot is not None:
-        from fluorspar.measure.material_figures import fit_figure, material_figure
+        from fluorspar.figures.materials import fit_figure, material_figure
 
         write_plot(material_figure(made) if chosen is None else fit_figure(chosen), plot)
         console.out.print(f"wrote {plot}", markup=False, highlight=False)

@@ -25,7 +25,7 @@ def show(name: MaterialArgument, plot: PlotOption = None, library: LibraryOption
     made = material(name, library or [])
     console.out.print(repr(made), markup=False, highlight=False)
     if plot is not None:
-        from fluorspar.measure.material_figures import material_figure
+        from fluorspar.figures.materials import material_figure
 
         write_plot(material_figure(made), plot)
         console.out.print(f"wrote {plot}", markup=False, highlight=False)

@@ -1,0 +1,284 @@
+"""PNG pictures of a spectral image: the total, its components, and a labelled sheet of all of them."""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fluorspar.errors import ImageError, message
+from fluorspar.files.writing import replacing
+from fluorspar.image.components import TOTAL, definition, select
+from fluorspar.image.display.appearance import appearance, auto_exposure, show, xyz_of
+from fluorspar.image.units import is_radiance
+
+if TYPE_CHECKING:
+    from fluorspar.image.spectral_image import SpectralImage
+
+__all__ = ["contact_sheet", "png_bytes", "thumbnail", "write_contact_sheet", "write_pictures", "write_png"]
+
+_COLUMNS = 4
+_TILE = (320, 512)  # least and greatest width of a picture on the sheet
+_PAPER, _INK, _FAINT = (24, 24, 27), (244, 244, 245), (161, 161, 170)
+
+
+def write_png(
+    image: SpectralImage,
+    path: str | os.PathLike[str],
+    component: str | Iterable[str] | None = None,
+    exposure: float | None = None,
+    *,
+    white: str | ArrayLike | None = None,
+) -> None:
+    """Write a picture of an image or of some of its components.
+
+    Parameters
+    ----------
+    image : SpectralImage
+    path : str or path-like
+        The file to be written or replaced.
+    component : str or iterable of str, optional
+        As in `SpectralImage.srgb`.
+    exposure : float, optional
+        As in `SpectralImage.srgb`.
+    white : str or array_like of shape (3,), optional
+        As in `SpectralImage.srgb`.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written; an older one of that name is then unchanged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
+    >>> path = Path(tempfile.mkdtemp()) / "reflected.png"
+    >>> write_png(image, path, "reflected")
+    """
+    with replacing(path) as temporary:
+        shown = appearance(image.dataset, select(component, image.components), exposure, white=white)
+        temporary.write_bytes(png_bytes(shown.bytes))
+
+
+def png_bytes(rgb: NDArray[np.uint8]) -> bytes:
+    """Encode sRGB, an ndarray of shape (Y, X, 3), as PNG with the sRGB profile.
+
+    Examples
+    --------
+    >>> png_bytes(np.zeros((4, 6, 3), np.uint8))[1:4]
+    b'PNG'
+    """
+    from PIL import Image
+
+    stream = io.BytesIO()
+    Image.fromarray(rgb).save(stream, "PNG", icc_profile=_srgb_profile())
+    return stream.getvalue()
+
+
+@cache
+def _srgb_profile() -> bytes:
+    """The sRGB profile of Little CMS, with a fixed date, so that equal pictures are equal files."""
+    from PIL import ImageCms
+
+    profile = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
+    profile[24:36] = struct.pack(">6H", 2000, 1, 1, 0, 0, 0)
+    profile[84:100] = bytes(16)  # the checksum of the profile: 0 is "not computed"
+    return bytes(profile)
+
+
+def thumbnail(image: SpectralImage, longest: int = 512) -> NDArray[np.uint8]:
+    """A small picture of the total, ndarray of shape (y, x, 3).
+
+    Examples
+    --------
+    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> thumbnail(SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())).shape
+    (4, 6, 3)
+    """
+    from PIL import Image
+
+    every = -(-max(image.size) // (2 * longest))  # so that the spectra of a large image are not all read
+    dataset = image.dataset.isel(x=slice(None, None, every), y=slice(None, None, every))
+    picture = Image.fromarray(appearance(dataset, image.components).bytes)
+    picture.thumbnail((longest, longest))
+    return np.asarray(picture)
+
+
+def write_contact_sheet(image: SpectralImage, path: str | os.PathLike[str]) -> None:
+    """Write a labelled sheet of the total and every component, see `contact_sheet`.
+
+    Parameters
+    ----------
+    image : SpectralImage
+    path : str or path-like
+        The PNG file to be written or replaced.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written; an older one of that name is then unchanged.
+    """
+    with replacing(path) as temporary:
+        temporary.write_bytes(png_bytes(contact_sheet(image)))
+
+
+def write_pictures(image: SpectralImage, directory: str | os.PathLike[str]) -> list[Path]:
+    """Write `total.png`, a PNG for every component, and the labelled sheet `components.png`.
+
+    Each picture has the exposure that the sheet states for it.
+
+    Parameters
+    ----------
+    image : SpectralImage
+    directory : str or path-like
+        Created if it does not exist.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    ImageError
+        If the directory cannot be made or a file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
+    >>> len(write_pictures(image, tempfile.mkdtemp()))
+    9
+    """
+    directory = Path(directory)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as err:
+        raise ImageError(
+            message("the directory for the pictures cannot be made", where=directory, got=err)
+        ) from err
+    tiles = _tiles(image)
+    pictures = {tile.name: tile.picture for tile in tiles} | {"components": _sheet(image, tiles)}
+    paths = [directory / f"{name}.png" for name in pictures]
+    for path, picture in zip(paths, pictures.values(), strict=True):
+        with replacing(path) as temporary:
+            temporary.write_bytes(png_bytes(picture))
+    return paths
+
+
+def contact_sheet(image: SpectralImage) -> NDArray[np.uint8]:
+    """Show the total and every component on one labelled sheet.
+
+    Components differ by orders of magnitude, so each is shown with an exposure of its own, which its label
+    states: a power of two times that of the total.
+
+    Parameters
+    ----------
+    image : SpectralImage
+
+    Returns
+    -------
+    ndarray of shape (y, x, 3)
+        uint8.
+
+    Examples
+    --------
+    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
+    >>> contact_sheet(image).ndim
+    3
+    """
+    return _sheet(image, _tiles(image))
+
+
+@dataclass(frozen=True)
+class _Tile:
+    name: str
+    label: str
+    note: str
+    picture: NDArray[np.uint8]
+
+
+def _tiles(image: SpectralImage) -> list[_Tile]:
+    """The pictures of the sheet with their labels, the total first."""
+    xyz = {name: xyz_of(image.dataset, [name]) for name in image.components}
+    lit = sum((values for name, values in xyz.items() if name != "source"), np.zeros((1, 1, 3)))
+    reference = auto_exposure(lit)
+    total = lit + xyz.get("source", 0.0)
+    whole = np.nansum(total[..., 1])
+    unit = " cd/m²" if is_radiance(image.dataset.attrs) else ", relative"
+    tiles = [
+        _Tile("total", "Total", f"white is {_rounded(1 / reference)}{unit}", show(total, reference).bytes)
+    ]
+    for name, values in xyz.items():
+        if name == TOTAL:
+            continue  # an image that is not split
+        share = np.nansum(values[..., 1]) / whole if whole else 0.0
+        factor = float(2.0 ** np.floor(np.log2(auto_exposure(values) / reference))) if share > 0 else 1.0
+        times = f"× {factor:g}" if factor >= 1 else f"× 1/{1 / factor:g}"
+        note = f"exposure {times},  {_rounded(100 * share)} % of the luminance" if share > 0 else "no light"
+        label = f"{definition(name).number}  {name.replace('_', ' ')}"
+        tiles.append(_Tile(name, label, note, show(values, factor * reference).bytes))
+    return tiles
+
+
+def _rounded(value: float) -> str:
+    """Three digits without an exponent, if that is short."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def _sheet(image: SpectralImage, tiles: list[_Tile]) -> NDArray[np.uint8]:
+    from matplotlib import get_data_path
+    from PIL import Image, ImageDraw, ImageFont
+
+    width, height = image.size
+    least, greatest = _TILE
+    zoom = greatest / width if width > greatest else max(1, round(least / width))
+    tile = (round(width * zoom), max(1, round(height * zoom)))
+    unit = max(tile[0] // 24, 14)  # the size of the letters; everything else is a multiple of it
+    gap, caption, title = unit * 3 // 2, unit * 7 // 2, unit * 4
+    rows = -(-len(tiles) // _COLUMNS)
+    canvas = Image.new(
+        "RGB",
+        (gap + _COLUMNS * (tile[0] + gap), title + rows * (tile[1] + caption + gap)),
+        _PAPER,
+    )
+    draw = ImageDraw.Draw(canvas)
+    typeface = Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"  # Pillow's own has no ×
+    large, small = ImageFont.truetype(typeface, unit), ImageFont.truetype(typeface, unit * 4 // 5)
+    draw.text((gap, title // 2), _title(image), _INK, large, anchor="lm")
+    for number, shown in enumerate(tiles):
+        row, column = divmod(number, _COLUMNS)
+        left, top = gap + column * (tile[0] + gap), title + row * (tile[1] + caption + gap)
+        smooth = Image.Resampling.LANCZOS if zoom < 1 else Image.Resampling.NEAREST
+        canvas.paste(Image.fromarray(shown.picture).resize(tile, smooth), (left, top))
+        below = top + tile[1]
+        draw.text((left, below + unit), shown.label, _INK, large, anchor="lm")
+        draw.text((left, below + unit * 12 // 5), shown.note, _FAINT, small, anchor="lm")
+    return np.asarray(canvas)
+
+
+def _title(image: SpectralImage) -> str:
+    attrs: dict[str, Any] = image.attrs
+    width, height = image.size
+    facts = [str(attrs.get("scene", "")), f"{width} × {height}", f"{image.wavelengths}"]
+    if "spp" in attrs:
+        facts.append(f"{attrs['spp']} samples per pixel")
+    if attrs.get("partial"):
+        facts.append("unfinished")
+    return "   ·   ".join(fact for fact in facts if fact)

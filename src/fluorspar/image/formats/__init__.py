@@ -1,0 +1,1 @@
+"""File formats of spectral images: NetCDF, EXR and ENVI, ours and those of other programs."""

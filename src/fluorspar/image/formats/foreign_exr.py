@@ -1,0 +1,179 @@
+"""Spectral OpenEXR files of other programs.
+
+Read are the layout of A. Fichet, R. Pacanowski, A. Wilkie, "An OpenEXR Layout for Spectral Images", JCGT 10(3),
+2021, and what comes near it: wavelengths in any unit of length or frequency and in any order, names with fewer
+digits, as pbrt writes them, half floats, further channels, attributes left out.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fluorspar.errors import ApproximationWarning, ImageError, message
+from fluorspar.files.names import text_of
+from fluorspar.image.components import TOTAL
+from fluorspar.image.dataset import make_dataset
+from fluorspar.image.formats.exr_units import stated_by
+from fluorspar.spectral.even import regular_spectra
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["channel_wavelength", "foreign_dataset"]
+
+_LIGHT_SPEED = 299_792_458.0  # m/s
+_CHANNEL = re.compile(
+    r"(?:(?P<layer>.+)\.)?(?P<kind>S[0-3]|T)\.(?P<number>\d*[.,]?\d+(?:[eE][+-]?\d+)?)"
+    r"(?P<prefix>[YZEPTGMkhdcmunp]|da)?(?P<unit>m|Hz)"
+)
+_PREFIXES = {
+    **{
+        "": 1.0,
+        "Y": 1e24,
+        "Z": 1e21,
+        "E": 1e18,
+        "P": 1e15,
+        "T": 1e12,
+        "G": 1e9,
+        "M": 1e6,
+        "k": 1e3,
+        "h": 1e2,
+    },
+    **{"da": 1e1, "d": 1e-1, "c": 1e-2, "m": 1e-3, "u": 1e-6, "n": 1e-9, "p": 1e-12},
+}
+
+
+def channel_wavelength(name: str) -> tuple[str, str, float] | None:
+    """Tell what a channel holds by its name.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    layer : str
+        What comes before the kind, such as "left"; "" if nothing does.
+    kind : str
+        "S0": emitted or received light; "S1", "S2", "S3": its polarisation; "T": reflectance or transmittance.
+    wavelength : float
+        In nm. The whole is None if the channel is not spectral.
+
+    Examples
+    --------
+    >>> channel_wavelength("S0.550,938nm"), channel_wavelength("left.T.600THz"), channel_wavelength("R")
+    (('', 'S0', 550.938), ('left', 'T', 499.654096666667), None)
+    """
+    found = _CHANNEL.fullmatch(name)
+    if found is None:
+        return None
+    value = float(found["number"].replace(",", ".")) * _PREFIXES[found["prefix"] or ""]
+    if value <= 0:
+        return None
+    metres = value if found["unit"] == "m" else _LIGHT_SPEED / value
+    # 550.938e-9 m is 550.938 nm, not 550.9380000000001
+    return found["layer"] or "", found["kind"], float(f"{metres * 1e9:.15g}")
+
+
+def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
+    """Make a spectral image, not split into components, of the parts of an EXR file.
+
+    Parameters
+    ----------
+    parts : list of OpenEXR.Part
+        With separate channels. The first one that holds light (S0) is used, or else reflectance (T).
+    path : Path
+        For messages.
+
+    Returns
+    -------
+    Dataset
+        With the one component `total`. Attributes: `source_file`; and, if it is not radiance in W m-2 sr-1
+        nm-1, `unit` as the file states it, and `quantity` ("radiance" or "reflectance").
+
+    Raises
+    ------
+    ImageError
+        If there is no spectral channel, only one, or their sizes differ.
+
+    Warns
+    -----
+    ApproximationWarning
+        If parts, layers or polarisation are left out, it holds reflectance, or the wavelengths are
+        not evenly spaced.
+    """
+    part, kind, named = _spectral_channels(parts, path)
+    if len(named) < 2:
+        raise ImageError(
+            message(
+                "the EXR file has only one spectral channel",
+                where=path,
+                got=next(iter(named.values())),
+                expected="at least two wavelengths",
+            )
+        )
+    planes = [np.asarray(part.channels[named[wavelength]].pixels) for wavelength in sorted(named)]
+    shapes = {plane.shape for plane in planes}
+    if len(shapes) > 1 or planes[0].ndim != 2:
+        raise ImageError(message("the spectral channels differ in size", where=path, got=sorted(shapes)))
+    values = np.empty((*planes[0].shape, len(planes)), np.float32)
+    for index, plane in enumerate(planes):
+        values[..., index] = plane
+    if kind == "T":
+        text = f"{path} holds reflectance, and is kept as such: pictures show it in light that is even over the bands"
+        warnings.warn(text, ApproximationWarning, stacklevel=3)
+    values, grid = regular_spectra(values, np.array(sorted(named)), path)
+    attrs = {"source_file": text_of(path.name)} | stated_by(part.header, kind)
+    return make_dataset(values[np.newaxis], grid, attrs=attrs, components=(TOTAL,))
+
+
+def _spectral_channels(parts: list[Any], path: Path) -> tuple[Any, str, dict[float, str]]:
+    """What is read: the part, "S0" or "T", and the channel of each wavelength.
+
+    That is the first layer, in the order of the parts, that holds light (S0), or else reflectance (T).
+    """
+    found: dict[tuple[int, str, str], dict[float, str]] = {}
+    twice: dict[tuple[int, str, str], str] = {}
+    for number, part in enumerate(parts):
+        for name in part.channels:
+            if (what := channel_wavelength(name)) is None:
+                continue
+            layer, kind, wavelength = what
+            named = found.setdefault((number, layer, kind), {})
+            if wavelength in named:
+                twice[number, layer, kind] = f"{named[wavelength]} and {name}"
+            named[wavelength] = name
+    usable = sorted(key for key in found if key[2] in ("S0", "T"))
+    if not usable:
+        names = [name for part in parts for name in part.channels]
+        raise ImageError(
+            message(
+                "the EXR file has no spectral channel",
+                where=path,
+                got=", ".join(names[:12]) + (", ..." if len(names) > 12 else ""),
+                expected="channels such as S0.550,000000nm",
+            )
+        )
+    chosen = next((key for key in usable if key[2] == "S0"), usable[0])
+    if chosen in twice:
+        raise ImageError(message("two channels have one wavelength", where=path, got=twice[chosen]))
+    left_out = [_called(key, chosen, parts) for key in sorted(found) if key != chosen]
+    if left_out:
+        text = f"{path}: not read: {', '.join(dict.fromkeys(left_out))}"
+        warnings.warn(text, ApproximationWarning, stacklevel=4)
+    return parts[chosen[0]], chosen[2], found[chosen]
+
+
+def _called(key: tuple[int, str, str], chosen: tuple[int, str, str], parts: list[Any]) -> str:
+    """What channels that are not read are called in a warning."""
+    number, layer, kind = key
+    if number != chosen[0]:
+        return f"part {parts[number].header.get('name', number)!r}"
+    if layer != chosen[1]:
+        return f"layer {layer!r}"
+    return "reflectance (T)" if kind == "T" else "polarisation (S1, S2, S3)"

@@ -1,0 +1,132 @@
+"""Spectral images as NetCDF files: the data set as it is."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from fluorspar.errors import ImageError, message
+from fluorspar.files.names import check_source
+from fluorspar.files.writing import replacing
+from fluorspar.image.dataset import (
+    VARIABLES,
+    check_dataset,
+    grid_of,
+    names_of,
+    plain_attrs,
+    row_blocks,
+    values_of,
+)
+from fluorspar.image.formats.foreign_netcdf import normalised
+from fluorspar.image.formats.netcdf_layout import PatientFile, create
+from fluorspar.image.formats.netcdf_writer import NetcdfWriter
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["NetcdfWriter", "read_netcdf", "write_netcdf"]
+
+
+def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, compression: int = 0) -> None:
+    """Write a spectral image to a NetCDF file, without loss.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        A spectral image; it may be larger than memory.
+    path : str or path-like
+        The file to be written or replaced.
+    compression : int
+        zlib level 0 to 9. Level 1 saves half of the space of a rendered Cornell box and takes ten times as
+        long as level 0; higher levels save hardly more.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written; an older one of that name is then unchanged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from fluorspar.image.dataset import make_dataset
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> path = Path(tempfile.mkdtemp()) / "room.nc"
+    >>> write_netcdf(make_dataset(np.ones((7, 4, 3, 69)), Wavelengths(), attrs={"spp": 16}), path)
+    >>> read_netcdf(path).attrs["spp"]
+    16
+    """
+    present = [name for name in VARIABLES if name in dataset]
+    shape = (dataset.sizes["y"], dataset.sizes["x"])
+    attrs = plain_attrs(dataset.attrs)
+    size = 0 if compression else sum(4 * dataset[name].size for name in present)
+    with replacing(path, size) as temporary, PatientFile(temporary) as stream:
+        with create(stream, grid_of(dataset), names_of(dataset), *shape, present, compression, attrs) as file:
+            for rows in row_blocks(dataset):
+                for name in present:
+                    if "component" in VARIABLES[name][1]:
+                        for index, component in enumerate(names_of(dataset)):
+                            file[name][index, rows] = values_of(dataset, name, rows, component)
+                    else:
+                        file[name][rows] = values_of(dataset, name, rows)
+                stream.check()
+            file.attrs.update(attrs)
+        stream.check()
+
+
+def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Open a spectral image in a NetCDF file; radiance is read from the file when it is used.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A file written by Fluorspar, or any NetCDF-4 file of the same layout. Numbers packed with
+        `scale_factor` and `add_offset` are decoded, wavelengths in micrometres become nm.
+
+    Returns
+    -------
+    Dataset
+        Close it when done, or call its method `load` to have it all in memory. If the file does not say that
+        it holds radiance in W m-2 sr-1 nm-1, the attributes `unit` and `quantity` keep what it says.
+
+    Raises
+    ------
+    ImageError
+        If the file is missing, truncated, or not a spectral image.
+
+    Examples
+    --------
+    >>> read_netcdf("no-such-file.nc")
+    Traceback (most recent call last):
+    ...
+    fluorspar.errors.ImageError: the image file does not exist
+      where:    no-such-file.nc
+    """
+    import xarray as xr
+
+    path = check_source(path)
+    try:
+        dataset = xr.open_dataset(path, engine="h5netcdf", mask_and_scale=False, decode_times=False)
+    except (OSError, ValueError, KeyError, RuntimeError) as err:
+        what = "the image file is truncated" if "truncated" in str(err) else "the image file is not readable"
+        raise ImageError(
+            message(
+                what,
+                where=path,
+                got=str(err).splitlines()[0],
+                expected="a NetCDF-4 file written by Fluorspar",
+                fix="write or copy it again",
+            )
+        ) from err
+    try:
+        read = check_dataset(normalised(dataset, path), path)
+    except ImageError:
+        dataset.close()
+        raise
+    for name in VARIABLES:
+        if name in read:
+            read[name].attrs.pop("_FillValue", None)
+    read.attrs = plain_attrs(read.attrs)
+    read.set_close(dataset.close)
+    return read

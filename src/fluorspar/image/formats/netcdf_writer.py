@@ -1,0 +1,304 @@
+"""Write a spectral image to a NetCDF file while it is being rendered, in bounded memory."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import ImageError, message
+from fluorspar.files.writing import check_target, temporary_name, undisturbed, write_error
+from fluorspar.image.components import COMPONENTS
+from fluorspar.image.dataset import VARIABLES, plain_attrs
+from fluorspar.image.formats.netcdf_layout import PatientFile, chunk_rows, create
+from fluorspar.spectral.wavelengths import Wavelengths
+
+__all__ = ["NetcdfWriter"]
+
+_BUFFER_BYTES = 96 * 2**20  # blocks of rows held until they are whole
+
+
+class _Block:
+    """Some whole rows of an image, all variables, that are being filled pixel by pixel."""
+
+    def __init__(self, shapes: Mapping[str, tuple[int, ...]], pixels: int) -> None:
+        self.arrays = {name: np.empty(shape, np.float32) for name, shape in shapes.items()}
+        self.known = np.zeros(pixels, bool)
+
+
+class NetcdfWriter:
+    """Write a spectral image to a NetCDF file while it is being rendered.
+
+    The file has a temporary name until it is closed. Leaving the `with` block through an exception removes it
+    and leaves an older file of the name as it was; to keep what was finished, call `close(partial=True)`
+    before.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file to be written or replaced.
+    wavelengths : Wavelengths
+        The N wavelengths.
+    height, width : int
+        Size of the image in pixels.
+    attrs : mapping, optional
+        Attributes of the data set.
+    component_errors : bool
+        Whether the standard errors of the components will be given too.
+    components : sequence of str
+        The C components.
+    compression : int
+        zlib level, see `write_netcdf`.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written, or the disk has not enough space left for it. This is found out before
+        anything is rendered.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from fluorspar.image.formats.netcdf import read_netcdf
+    >>> path = os.path.join(tempfile.mkdtemp(), "room.nc")
+    >>> with NetcdfWriter(path, Wavelengths(), height=2, width=3, attrs={"spp": 16}) as writer:
+    ...     for first_pixel in (0, 2, 4):
+    ...         writer.write_pixels(first_pixel, np.ones((2, 7, 69)), np.zeros((2, 69)))
+    >>> read_netcdf(path).radiance.shape
+    (7, 2, 3, 69)
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        wavelengths: Wavelengths,
+        height: int,
+        width: int,
+        attrs: Mapping[str, Any] | None = None,
+        component_errors: bool = False,
+        *,
+        components: Sequence[str] = COMPONENTS,
+        compression: int = 0,
+    ) -> None:
+        self.wavelengths = wavelengths
+        self.height, self.width = height, width
+        self.attrs = plain_attrs(attrs or {})
+        self._variables = [
+            name for name in VARIABLES if component_errors or name != "component_standard_error"
+        ]
+        layers = {
+            name: len(components) if "component" in VARIABLES[name][1] else 1 for name in self._variables
+        }
+        pixel_bytes = 4 * len(wavelengths) * sum(layers.values())
+        self.path = check_target(path, 0 if compression else height * width * pixel_bytes)
+        self._rows = chunk_rows(len(components), height, width, len(wavelengths))
+        self._shapes = {
+            name: (layers[name], self._rows * width, len(wavelengths)) for name in self._variables
+        }
+        self._held = max(_BUFFER_BYTES // (self._rows * width * pixel_bytes), 2)
+        self._blocks: dict[int, _Block] = {}  # in the order of their last use
+        self._spilled: dict[int, NDArray[np.bool_]] = {}
+        self._spare: list[_Block] = []
+        self._known = 0
+        self._temporary = temporary_name(self.path)
+        self._file: Any = None
+        try:
+            self._stream = PatientFile(self._temporary)
+        except OSError as err:
+            raise write_error(self.path, err) from err
+        self._file = create(
+            self._stream, wavelengths, components, height, width, self._variables, compression, self.attrs
+        )
+
+    def __enter__(self) -> NetcdfWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self.discard()
+        elif self._file is not None:
+            self.close()
+
+    @property
+    def finished_pixels(self) -> int:
+        """How many pixels have been written."""
+        return self._known
+
+    def write_pixels(
+        self,
+        first_pixel: int,
+        radiance: NDArray[np.floating],
+        standard_error: NDArray[np.floating],
+        component_standard_error: NDArray[np.floating] | None = None,
+    ) -> None:
+        """Write consecutive pixels, numbered row by row from the top left.
+
+        Parameters
+        ----------
+        first_pixel : int
+            Number of the first pixel, y * width + x. Pixels may come in any order.
+        radiance : ndarray of shape (n, C, N)
+            W m-2 sr-1 nm-1.
+        standard_error : ndarray of shape (n, N)
+            Of the total.
+        component_standard_error : ndarray of shape (n, C, N), optional
+            Of the components, if they were announced.
+
+        Raises
+        ------
+        ImageError
+            If the pixels are not in the image, a shape does not fit, or the disk is full.
+        """
+        given = {
+            "radiance": radiance,
+            "standard_error": standard_error[:, np.newaxis],
+            "component_standard_error": component_standard_error,
+        }
+        count = len(radiance)
+        self._check(first_pixel, count, given)
+        with self._step():
+            done = 0
+            while done < count:
+                number, start = divmod(first_pixel + done, self._rows * self.width)
+                stop = min(start + count - done, self._rows * self.width)
+                block = self._block(number)
+                for name in self._variables:
+                    pixels = given[name][done : done + stop - start]  # type: ignore[index]
+                    block.arrays[name][:, start:stop] = pixels.swapaxes(0, 1)
+                self._known += stop - start - int(np.count_nonzero(block.known[start:stop]))
+                block.known[start:stop] = True
+                done += stop - start
+                if block.known[: self._pixels_in(number)].all():
+                    self._flush(number)
+
+    def close(self, partial: bool = False, attrs: Mapping[str, Any] | None = None) -> None:
+        """Complete the file and give it its name.
+
+        Parameters
+        ----------
+        partial : bool
+            Mark the image as unfinished, with the attribute `partial` = 1. That is done anyway if pixels are
+            missing; those are NaN.
+        attrs : mapping, optional
+            More attributes, such as the timings.
+
+        Raises
+        ------
+        ImageError
+            If the disk is full.
+        """
+        if self._file is None:
+            raise ImageError(message("the file is closed already", where=self.path))
+        with self._step():
+            self.attrs.update(attrs or {})
+            if partial or self._known < self.height * self.width:
+                self.attrs["partial"] = 1
+            for number in list(self._blocks):
+                self._flush(number)
+            self._file.attrs.update(plain_attrs(self.attrs))
+            self._file.close()
+            self._stream.check()
+            self._stream.close()
+            os.replace(self._temporary, self.path)
+            self._file = None
+
+    def discard(self) -> None:
+        """Remove the temporary file; an older file of the name stays as it was."""
+        file, self._file = self._file, None
+        with suppress(OSError, RuntimeError):
+            if file is not None:
+                file.close()
+            self._stream.close()
+        with suppress(OSError):
+            self._temporary.unlink(missing_ok=True)
+        self._blocks.clear()
+
+    @contextmanager
+    def _step(self) -> Iterator[None]:
+        """Do something to the file whole, whatever Ctrl-C says, or give the file up."""
+        with undisturbed():
+            try:
+                yield
+            except (OSError, RuntimeError) as err:
+                self.discard()
+                raise write_error(self.path, err) from err
+            except BaseException:
+                self.discard()
+                raise
+
+    def _check(self, first_pixel: int, count: int, given: Mapping[str, NDArray[np.floating] | None]) -> None:
+        for name in VARIABLES:
+            array = given[name]
+            wanted = (count, self._shapes[name][0], len(self.wavelengths)) if name in self._shapes else None
+            got = None if array is None else array.shape
+            if got != wanted:
+                raise ImageError(
+                    message(
+                        "pixels have the wrong shape",
+                        where=name,
+                        got=got or "none",
+                        expected=wanted or "none",
+                    )
+                )
+        if self._file is None or first_pixel < 0 or first_pixel + count > self.height * self.width:
+            raise ImageError(
+                message(
+                    "the file is closed" if self._file is None else "pixels lie outside the image",
+                    where=self.path,
+                    got=f"pixels {first_pixel} to {first_pixel + count - 1}",
+                    expected=f"0 to {self.height * self.width - 1}",
+                )
+            )
+
+    def _pixels_in(self, number: int) -> int:
+        return min(self._rows, self.height - number * self._rows) * self.width
+
+    def _block(self, number: int) -> _Block:
+        """Fetch a block and move it to the end of the line; the first in line goes if there are too many."""
+        block = self._blocks.pop(number, None)
+        if block is None:
+            while len(self._blocks) >= self._held:
+                self._flush(next(iter(self._blocks)))
+            block = self._spare.pop() if self._spare else _Block(self._shapes, self._rows * self.width)
+            block.known[:] = False
+            if number in self._spilled:
+                self._reload(number, block)
+        self._blocks[number] = block
+        return block
+
+    def _flush(self, number: int) -> None:
+        """Write a block to the file; one with gaps is remembered, to be completed later."""
+        block = self._blocks.pop(number)
+        pixels = self._pixels_in(number)
+        gaps = ~block.known[:pixels]
+        if gaps.any():
+            self._spilled[number] = block.known.copy()
+        for name, array in block.arrays.items():
+            if gaps.any():
+                array[:, :pixels][:, gaps] = np.nan
+            where, shape = self._place(name, number)
+            self._file[name][where] = array[:, :pixels].reshape(shape)
+        self._stream.check()
+        self._spare = [block]
+
+    def _reload(self, number: int, block: _Block) -> None:
+        block.known[:] = self._spilled.pop(number)
+        pixels = self._pixels_in(number)
+        for name, array in block.arrays.items():
+            where, _ = self._place(name, number)
+            array[:, :pixels] = self._file[name][where].reshape(len(array), pixels, -1)
+
+    def _place(self, name: str, number: int) -> tuple[tuple[slice, ...], tuple[int, ...]]:
+        """Where a block of a variable belongs in the file, and its shape there."""
+        rows = slice(number * self._rows, min((number + 1) * self._rows, self.height))
+        shape = (rows.stop - rows.start, self.width, len(self.wavelengths))
+        if "component" in VARIABLES[name][1]:
+            return (slice(None), rows), (self._shapes[name][0], *shape)
+        return (rows,), shape

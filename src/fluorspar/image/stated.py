@@ -1,0 +1,84 @@
+"""What an image says of itself: its bands, its unit, and which standard errors it holds."""
+
+from __future__ import annotations
+
+from fluorspar.image.components import select
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.units import in_our_spelling, quantity_of, unit_of
+from fluorspar.spectral.bands import Bands
+
+__all__ = ["METHODS", "OF_TOTAL", "bands_of", "error_layer", "unit_of_image"]
+
+METHODS = ("paths", "staged")
+"""The attribute `method` of images that Fluorspar rendered."""
+
+OF_TOTAL = "standard errors of single_bounce are those of the total, which are slightly larger"
+
+
+def error_layer(image: SpectralImage, component: str | None) -> tuple[str, str | None] | None:
+    """Find the standard errors of what is chosen.
+
+    Parameters
+    ----------
+    image : SpectralImage
+    component : str, optional
+        As in `SpectralImage.xyz`.
+
+    Returns
+    -------
+    variable, component : str, str or None
+        The variable of the data set, and which component of it; None as a whole if there are none. Those of
+        `single_bounce` are those of the total: the light it leaves out only adds to the noise.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths(), np.ones((4, 6, 69)))
+    >>> error_layer(image, "total"), error_layer(image, "source")
+    (('standard_error', None), None)
+    """
+    chosen = select(component, image.components)
+    if "standard_error" in image.dataset and chosen == select(None, image.components):
+        return "standard_error", None
+    if "component_standard_error" in image.dataset and len(chosen) == 1:
+        return "component_standard_error", chosen[0]
+    if "standard_error" in image.dataset and component == "single_bounce":
+        return "standard_error", None
+    return None
+
+
+def bands_of(image: SpectralImage) -> Bands:
+    """The bands of an image: those it states; samples if Fluorspar rendered it; else not known.
+
+    Parameters
+    ----------
+    image : SpectralImage
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> ones, attrs = np.ones((7, 1, 1, 69)), {"method": "paths", "bandwidth_nm": 10}
+    >>> print(bands_of(SpectralImage.from_arrays(ones, Wavelengths(), attrs=attrs)))
+    360-700 nm by 5, triangular bands of 10 nm FWHM
+    >>> print(bands_of(SpectralImage.from_arrays(ones, Wavelengths())))
+    360-700 nm by 5, band shape not known
+    """
+    ours = image.attrs.get("method") in METHODS
+    stated = image.attrs.get("bandwidth_nm", 0.0 if ours else None)
+    return Bands(image.wavelengths, None if stated is None else float(stated))
+
+
+def unit_of_image(image: SpectralImage) -> str:
+    """The unit of an image, in the spelling of its source; radiance has that of Fluorspar.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> attrs = {"unit": "W.m^-2.sr^-1.nm^-1"}
+    >>> unit_of_image(SpectralImage.from_arrays(np.ones((7, 1, 1, 69)), Wavelengths(), attrs=attrs))
+    'W m-2 sr-1 nm-1'
+    """
+    return in_our_spelling("1" if quantity_of(image.attrs) == "reflectance" else unit_of(image.attrs))

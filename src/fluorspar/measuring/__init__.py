@@ -1,0 +1,1 @@
+"""Measuring spectra at points of images and scenes, and their tables."""
