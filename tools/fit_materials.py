@@ -21,8 +21,7 @@ from fluorspar.bispectral.files.bfc import read_bfc
 from fluorspar.bispectral.files.donaldson_csv import read_donaldson_csv
 from fluorspar.bispectral.files.material_csv import write_material
 from fluorspar.bispectral.fit.fit import MaterialFit, fit_material
-from fluorspar.bispectral.fit.fit_quality import fit_quality
-from fluorspar.bispectral.fit.report import FitReport, report_fit
+from fluorspar.bispectral.fit.report import FitReport, fit_quality, report_fit
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.spectral.spectrum import Spectrum

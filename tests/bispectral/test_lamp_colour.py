@@ -16,16 +16,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fluorspar.bispectral.lamp_colour import (
-    WIDE,
-    colour_under_condition,
-    colour_under_lamp,
-    lamp_on,
-)
+from fluorspar.bispectral.lamp import WIDE, lamp_on
+from fluorspar.bispectral.lamp_colour import colour_under_condition, colour_under_lamp
 from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Fluorophore, Material
-from fluorspar.colour.adaptation import adapt_to_d65
-from fluorspar.colour.whiteness import CIE_1964, cie_whiteness
+from fluorspar.colour.whiteness import CIE_1964
 from fluorspar.colour.xyz import CIE_1931
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, OptionError, SpectrumError
 from fluorspar.spectral.colour_science import colour_science
@@ -155,51 +150,6 @@ def test_fluorescent_paint_is_brighter_than_white_where_it_emits() -> None:
     red, green, blue = neon.srgb
     assert green > 0.99
     assert blue < 0.5 < red
-
-
-def test_whiteness_and_tint_of_known_numbers() -> None:
-    """Written out for x = 0.31, y = 0.325, Y = 85 beside D65 of the 10 degree observer."""
-    x, y, Y = 0.31, 0.325, 85.0
-    white = np.array([94.811, 100.0, 107.304])
-    xn, yn = white[:2] / white.sum()
-    found = cie_whiteness([Y * x / y, Y, Y * (1 - x - y) / y], white, CIE_1964)
-    assert found.whiteness == pytest.approx(Y + 800 * (xn - x) + 1700 * (yn - y))
-    assert found.tint == pytest.approx(900 * (xn - x) - 650 * (yn - y))
-    assert cie_whiteness([Y * x / y, Y, Y * (1 - x - y) / y], white, CIE_1931).tint == pytest.approx(
-        1000 * (xn - x) - 650 * (yn - y)
-    )
-
-
-def test_whiteness_against_colour_science() -> None:
-    colour = colour_science()
-    xyz, white = np.array([88.0, 92.0, 108.0]), np.array([94.811, 100.0, 107.304])
-    xy, xy_n = xyz[:2] / xyz.sum(), white[:2] / white.sum()
-    expected = colour.colorimetry.whiteness_CIE2004(xy, xyz[1], xy_n, observer=CIE_1964)
-    found = cie_whiteness(xyz, white)
-    np.testing.assert_allclose([found.whiteness, found.tint], expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("xyz", "limit"),
-    [
-        ([37.9, 40.0, 42.9], "whiteness must be above 40"),
-        ([60.0, 60.0, 100.0], "5 Y - 280"),
-        ([93.0, 85.0, 100.0], "tint"),
-    ],
-)
-def test_outside_the_limits_of_whiteness_it_says_so(xyz: list[float], limit: str) -> None:
-    found = cie_whiteness(xyz, [94.811, 100.0, 107.304])
-    assert not found.valid
-    assert any(limit in text for text in found.outside)
-
-
-def test_adaptation_to_d65_against_colour_science() -> None:
-    colour = colour_science()
-    white, xyz = np.array([109.85, 100.0, 35.58]), np.array([40.0, 30.0, 5.0])
-    expected = colour.adaptation.chromatic_adaptation_VonKries(
-        xyz / 100, white / 100, np.array([0.9505, 1.0, 1.089]), transform="Bradford"
-    )
-    np.testing.assert_allclose(adapt_to_d65(xyz, white) / 100, expected, rtol=1e-6)
 
 
 def test_lamp_whose_data_end_is_dark_there_and_that_is_said() -> None:

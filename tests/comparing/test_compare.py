@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
+from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import CIE_1931, lab_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.comparing.compare import compare
-from fluorspar.comparing.difference import ciede2000
 from fluorspar.comparing.sides import ImageSide
 from fluorspar.errors import ImageError, OptionError, SpectrumError
 from fluorspar.figures.report import report

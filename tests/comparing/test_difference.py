@@ -1,16 +1,12 @@
-"""Eq. 14, CIEDE2000 and errors of bands, on arrays small enough to be computed by hand."""
+"""Eq. 14 and errors of bands, on arrays small enough to be computed by hand."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fluorspar.comparing.difference import band_bias, band_error, ciede2000, expected_rmse, rmse
+from fluorspar.comparing.difference import band_bias, band_error, expected_rmse, rmse
 from fluorspar.errors import OptionError
-
-PAIRS = Path(__file__).with_name("sharma2005.csv")
 
 
 class TestEquation14:
@@ -43,15 +39,3 @@ class TestBands:
 
     def test_bias_by_hand(self):
         np.testing.assert_allclose(band_bias(self.a, self.b), [0.0, 0.5, np.nan])
-
-
-class TestColour:
-    def test_ciede2000_of_the_34_published_pairs(self):
-        rows = [line for line in PAIRS.read_text().splitlines() if not line.startswith(("#", "pair"))]
-        table = np.array([[float(cell) for cell in row.split(",")] for row in rows])
-        assert len(table) == 34
-        np.testing.assert_allclose(ciede2000(table[:, 1:4], table[:, 4:7]), table[:, 7], atol=1e-4)
-
-    def test_equal_colours_differ_by_exactly_nothing(self):
-        lab = np.random.default_rng(1).uniform(-80, 100, (200, 3))
-        assert not ciede2000(lab, lab).any()

@@ -1,4 +1,4 @@
-"""Find a material: in the shipped library, in folders of the user's, or in a file."""
+"""Find a material: in the shipped library, in folders of the user's, or in a file; and measured matrices in files."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from pathlib import Path
 
 import numpy as np
 
+from fluorspar.bispectral.files.bfc import read_bfc
 from fluorspar.bispectral.files.donaldson_csv import read_donaldson_csv
 from fluorspar.bispectral.material import Fluorophore, Material, mix
-from fluorspar.bispectral.measured import MeasuredMatrix
+from fluorspar.bispectral.measured import MeasuredMatrix, check_measured
 from fluorspar.errors import MaterialError, SpectrumError, message
 from fluorspar.files.tables import Table, read_table
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["ENVIRONMENT", "material", "materials", "read_material"]
+__all__ = ["ENVIRONMENT", "find_matrix", "material", "materials", "read_material", "read_matrix"]
 
 ENVIRONMENT = "FLUORSPAR_MATERIALS"
 """Environment variable with more folders of material files, separated as in PATH."""
@@ -145,7 +146,7 @@ def read_material(path: Path | Traversable) -> Material:
         fix = "check the name and the folder"
         raise MaterialError(message("the material file does not exist", where=path, fix=fix))
     if suffix.lower() == "bfc":
-        return Material.from_matrix(stem, _read_bfc(Path(str(path))))
+        return Material.from_matrix(stem, read_bfc(Path(str(path))))
     table = read_table(path, error=MaterialError)
     if "fluorspar-material" in table.keys:
         return _from_table(table, stem)
@@ -156,10 +157,35 @@ def read_material(path: Path | Traversable) -> Material:
     raise MaterialError(message("the file does not say that it is a material", where=path, expected=expected))
 
 
-def _read_bfc(path: Path) -> MeasuredMatrix:
-    from fluorspar.bispectral.files.bfc import read_bfc
+def find_matrix(path: Path) -> MeasuredMatrix | None:
+    """Read a measured matrix; None if the file is of another kind (a material of factors).
 
-    return read_bfc(path)
+    Raises
+    ------
+    MaterialError
+        If the file is missing or malformed, or the matrix physically impossible.
+    """
+    if path.suffix.lower() == ".bfc":
+        return read_bfc(path)
+    table = read_table(path, error=MaterialError)
+    if "fluorspar-material" in table.keys:
+        return None
+    return check_measured(read_donaldson_csv(path))
+
+
+def read_matrix(path: Path) -> MeasuredMatrix:
+    """Read a measured matrix, and nothing else.
+
+    Raises
+    ------
+    MaterialError
+        If the file is missing, malformed, or a material of factors.
+    """
+    found = find_matrix(path)
+    if found is None:
+        fault, fix = "there is nothing to fit in a material file", "give the measured matrix it was made from"
+        raise MaterialError(message(fault, where=path, expected="a Donaldson matrix, .bfc or .csv", fix=fix))
+    return found
 
 
 def _from_table(table: Table, stem: str) -> Material:

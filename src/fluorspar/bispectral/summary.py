@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 import warnings
+from typing import TYPE_CHECKING
 
 from fluorspar.bispectral.checks import photon_yield
 from fluorspar.bispectral.lamp_colour import LampColour
-from fluorspar.bispectral.material import Fluorophore, Material
 from fluorspar.colour.xyz import CIE_1931
 from fluorspar.errors import ExtrapolationWarning
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
+
+if TYPE_CHECKING:
+    from fluorspar.bispectral.material import Fluorophore, Material
 
 __all__ = ["material_summary"]
 
@@ -39,6 +42,7 @@ def material_summary(material: Material) -> str:
 
     Examples
     --------
+    >>> from fluorspar.bispectral.material import Material
     >>> print(material_summary(Material("grey", Spectrum.constant(0.45), description="half a white")))
     Material 'grey'
       description:   half a white

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import CIE_1931, srgb_from_xyz, xyz_from_radiance
 from fluorspar.comparing.comparison import Comparison, ImageComparison
-from fluorspar.comparing.difference import ciede2000, ratio
+from fluorspar.comparing.difference import ratio
 from fluorspar.comparing.noise import explained_by_noise
 from fluorspar.comparing.sides import ImageSide
 from fluorspar.comparing.whites import lab_of

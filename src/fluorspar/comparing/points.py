@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import xyz_from_radiance
 from fluorspar.comparing.comparison import Comparison, PointComparison
-from fluorspar.comparing.difference import band_bias, band_error, ciede2000, ratio, rmse
+from fluorspar.comparing.difference import band_bias, band_error, ratio, rmse
 from fluorspar.comparing.noise import NoiseVerdict, explained_by_noise
 from fluorspar.comparing.pair import Pair
 from fluorspar.comparing.whites import lab_of

@@ -21,7 +21,7 @@ from synthetic_matrix import EMISSION, EXCITATION, SHIFT, Truth, random_sample
 
 from fluorspar.bispectral.fit.factorise import Problem
 from fluorspar.bispectral.fit.fit import MaterialFit, fit_material
-from fluorspar.bispectral.fit.report import delta_e_2000, report_fit, report_lights
+from fluorspar.bispectral.fit.report import report_fit, report_lights
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.bispectral.noise import estimate_noise, stokes_shift
@@ -357,7 +357,3 @@ def test_lights_of_the_report():
     assert np.all(lights["D65-UV"][w < 400] == 0)
     assert np.array_equal(lights["D65-UV"][w >= 400], lights["D65"][w >= 400])
     assert lights["D65+UV"][w == 365] - lights["D65"][w == 365] == pytest.approx(300)
-
-
-def test_colour_difference_of_equal_colours_is_zero():
-    assert delta_e_2000([50.0, 10.0, 10.0], [50.0, 10.0, 10.0]) == 0

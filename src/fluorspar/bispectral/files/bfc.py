@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.bispectral.measured_check import check_measured
+from fluorspar.bispectral.measured import MeasuredMatrix, check_measured
 from fluorspar.errors import MaterialError, message
 from fluorspar.files.tables import refuse_huge
 

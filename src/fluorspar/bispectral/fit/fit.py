@@ -11,8 +11,7 @@ from fluorspar.bispectral.fit.factorise import Factors, Problem
 from fluorspar.bispectral.fit.rank import choose_rank
 from fluorspar.bispectral.fit.tables import material_tables
 from fluorspar.bispectral.material import Fluorophore, Material
-from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.bispectral.measured_check import check_measured
+from fluorspar.bispectral.measured import MeasuredMatrix, check_measured
 from fluorspar.bispectral.noise import MatrixNoise, estimate_noise, stokes_shift
 from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.illuminants import illuminant

@@ -6,18 +6,19 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
+from fluorspar.bispectral.fit.fit import MaterialFit
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.measured import MeasuredMatrix
+from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import lab_from_xyz, observer_weights
 from fluorspar.errors import ExtrapolationWarning
-from fluorspar.spectral.colour_science import colour_science
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["FitReport", "delta_e_2000", "report_fit", "report_lights"]
+__all__ = ["FitReport", "fit_quality", "report_fit", "report_lights"]
 
 Array = NDArray[np.float64]
 
@@ -140,18 +141,52 @@ def report_lights(grid: Wavelengths) -> dict[str, Array]:
     return lights
 
 
-def delta_e_2000(lab: ArrayLike, other: ArrayLike) -> Array:
-    """Return CIEDE2000 (k_L = k_C = k_H = 1) between CIELAB colours of shape (..., 3), by colour-science.
+def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
+    """Describe a fit: rank, colour differences to the measurement, noise, what is unexplained, photon yield.
+
+    The measurement is its diagonal and the cells below it; what stands above can only be error, and the difference
+    with it is that to the colour of the matrix used as it is.
+
+    Parameters
+    ----------
+    fit
+        From `fit_material`.
+    coarse, fine
+        From `report_fit`, at the step of the measurement and at half of it.
+
+    Returns
+    -------
+    str
 
     Examples
     --------
-    >>> float(delta_e_2000([50.0, 2.6772, -79.7751], [50.0, 0.0, -82.7485]).round(4))  # Sharma et al. 2005, pair 1
-    2.0425
+    >>> import numpy as np
+    >>> from fluorspar.bispectral.fit.report import report_fit
+    >>> from fluorspar.bispectral.fit.fit import fit_material
+    >>> from fluorspar.bispectral.measured import MeasuredMatrix
+    >>> w = np.arange(400.0, 701.0, 10.0)
+    >>> cells = 0.3 * np.eye(31) + np.random.default_rng(1).normal(0, 0.003, (31, 31))
+    >>> fit = fit_material(MeasuredMatrix(w, w, cells, "grey"))
+    >>> fit_quality(fit, report_fit(fit.measured, fit.material), report_fit(fit.measured, fit.material, 5.0))
+    'not fluorescent: no luminescence beyond the noise of 0.0030 per cell'
     """
-    return np.asarray(colour_science().delta_E(np.asarray(lab), np.asarray(other), method="CIE 2000"))
+    if fit.rank == 0:
+        return f"not fluorescent: no luminescence beyond the noise of {fit.noise.white:.4f} per cell"
+    colours = ", ".join(f"{light} {value:.2f}" for light, value in coarse.delta_e.items())
+    all_cells = ", ".join(f"{light} {coarse.delta_e_all_cells[light]:.2f}" for light in ("D65", "A", "FL11"))
+    words = (
+        f"rank {fit.rank}; CIEDE2000 to the measurement: {colours}; "
+        f"under D65 at {fine.grid.step:g} nm {fine.delta_e['D65']:.2f}, "
+        f"with the cells above the diagonal {all_cells}; "
+        f"noise {fit.noise.white:.4f} per cell, luminescent part unexplained {100 * fit.unexplained:.0f} %; "
+        f"highest photon yield {coarse.photon_yield.max():.2f}"
+    )
+    if fit.scaled < 1:
+        words += f"; excitation lowered, down to {fit.scaled:.3f} of its value, to conserve photons"
+    return words
 
 
 def _difference(a: DonaldsonMatrix, b: DonaldsonMatrix, light: Array, weights: Array) -> float:
     white = light @ weights
     labs = [lab_from_xyz(D.apply(light) @ weights, white) for D in (a, b)]
-    return float(delta_e_2000(*labs))
+    return float(ciede2000(*labs))

@@ -64,7 +64,8 @@ def colour(
 
     Example:  fluorspar materials colour paper-whitened --uv-cut 400
     """
-    from fluorspar.bispectral.lamp_colour import WIDE, colour_under_condition, colour_under_lamp
+    from fluorspar.bispectral.lamp import WIDE
+    from fluorspar.bispectral.lamp_colour import colour_under_condition, colour_under_lamp
     from fluorspar.bispectral.library import material
     from fluorspar.files.writing import check_not_input, check_target
     from fluorspar.spectral.wavelengths import Wavelengths

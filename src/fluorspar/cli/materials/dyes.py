@@ -45,9 +45,9 @@ def dye(
 
     Example:  fluorspar materials dye ex.csv em.csv --quantum-yield 0.9 --strength 0.5 --units photon -o dyed.csv
     """
-    from fluorspar.bispectral.dye_files import read_dye
+    from fluorspar.bispectral.dye import read_dye
     from fluorspar.bispectral.files.material_csv import write_material
-    from fluorspar.bispectral.lamp_colour import WIDE
+    from fluorspar.bispectral.lamp import WIDE
     from fluorspar.bispectral.library import material
 
     if units not in (None, "photon", "energy"):

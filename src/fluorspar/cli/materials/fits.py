@@ -52,10 +52,9 @@ def fit(
     """
     from fluorspar.bispectral.files.material_csv import write_material
     from fluorspar.bispectral.fit.fit import fit_material
-    from fluorspar.bispectral.fit.fit_quality import fit_quality
-    from fluorspar.bispectral.fit.report import report_fit
+    from fluorspar.bispectral.fit.report import fit_quality, report_fit
+    from fluorspar.bispectral.library import read_matrix
     from fluorspar.bispectral.resampling import resampled
-    from fluorspar.cli.materials.matrices import read_matrix
 
     if rank is not None and not 0 <= rank <= _MOST:
         expected = f"0 to {_MOST}"

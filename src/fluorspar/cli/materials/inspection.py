@@ -54,9 +54,8 @@ def inspect(
 
     Example:  fluorspar materials inspect sheet.bfc --plot sheet.png --yields yields.csv
     """
-    from fluorspar.bispectral.library import material
+    from fluorspar.bispectral.library import find_matrix, material
     from fluorspar.bispectral.material import Material
-    from fluorspar.cli.materials.matrices import find_matrix
 
     check_plot(plot)
     path = Path(file)
@@ -212,7 +211,7 @@ def _yields(made: Material) -> None:
 
 def _wide(made: Material) -> DonaldsonMatrix:
     """The matrix of a material from the ultraviolet on; what it assumes there is told by its description."""
-    from fluorspar.bispectral.lamp_colour import WIDE
+    from fluorspar.bispectral.lamp import WIDE
     from fluorspar.errors import ExtrapolationWarning
 
     with warnings.catch_warnings():

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fluorspar.bispectral.dye import dye
-from fluorspar.bispectral.dye_files import read_dye
+from fluorspar.bispectral.dye import dye, read_dye
 from fluorspar.errors import MaterialError
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
