@@ -21,12 +21,13 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 import fluorspar
-from fluorspar.scene.scene import Scene, load_scene
+from fluorspar.scene.loading import load_scene
+from fluorspar.scene.scene import Scene
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.equations import relative_rmse
-from fluorspar.staged.estimate import render_staged
-from fluorspar.staged.mitsuba_renderer import MitsubaRenderer
 from fluorspar.staged.options import StagedOptions
+from fluorspar.staged.procedure import render_staged
+from fluorspar.staged.renderers.mitsuba.renderer import MitsubaRenderer
 
 BLOCK, MARGIN = 16, 8
 

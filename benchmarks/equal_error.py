@@ -18,10 +18,10 @@ import numpy as np
 
 import fluorspar
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.scene.scene import load_scene
+from fluorspar.scene.loading import load_scene
 from fluorspar.spectral.wavelengths import Wavelengths
-from fluorspar.staged.estimate import render_staged
 from fluorspar.staged.options import StagedOptions
+from fluorspar.staged.procedure import render_staged
 from fluorspar.staged.timings import timing_table
 
 

@@ -10,7 +10,8 @@ import statistics
 import time
 
 import fluorspar
-from fluorspar.scene.scene import Scene, load_scene
+from fluorspar.scene.loading import load_scene
+from fluorspar.scene.scene import Scene
 
 
 def seconds(scene: Scene, seed: int) -> float:

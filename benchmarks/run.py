@@ -27,7 +27,7 @@ import numpy as np
 import fluorspar
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.scene.nodes import copy_nodes, kind, resolving
-from fluorspar.scene.renderer import TRACE_VARIANTS, use_variant
+from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
 SCENE = "cornell-box"
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import lazy_loader
 
-from fluorspar.scene.renderer import configure_llvm as _configure_llvm
+from fluorspar.scene.variants import configure_llvm as _configure_llvm
 from fluorspar.version import __version__ as __version__
 
 _configure_llvm()

@@ -10,9 +10,9 @@ from .bispectral.material import Material as Material
 from .image.components import COMPONENTS as COMPONENTS
 from .image.spectral_image import SpectralImage as SpectralImage
 from .rendering import render as render
+from .scene.loading import load_scene as load_scene
 from .scene.plugin import register_plugins as register_plugins
 from .scene.scene import Scene as Scene
-from .scene.scene import load_scene as load_scene
 from .spectral.illuminants import illuminant as illuminant
 from .spectral.spectrum import Spectrum as Spectrum
 from .spectral.wavelengths import Wavelengths as Wavelengths

@@ -17,14 +17,16 @@ from fluorspar.image.dataset import plain_attrs
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import METHODS
 from fluorspar.progress import Progress
-from fluorspar.scene.renderer import TRACE_VARIANTS
-from fluorspar.scene.scene import Scene, load_scene, whole
+from fluorspar.scene.loading import load_scene
+from fluorspar.scene.scene import Scene
+from fluorspar.scene.settings import whole
+from fluorspar.scene.variants import TRACE_VARIANTS
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.version import __version__
 
 if TYPE_CHECKING:
     from fluorspar.staged.options import StagedOptions
-    from fluorspar.staged.protocol import Renderer
+    from fluorspar.staged.renderers.protocol import Renderer
 
 __all__ = ["METHODS", "render"]
 
@@ -89,7 +91,7 @@ def render(
     staged
         Options of the staged method.
     renderer
-        Another renderer than Mitsuba for the staged method, see `fluorspar.staged.protocol`.
+        Another renderer than Mitsuba for the staged method, see `fluorspar.staged.renderers.protocol`.
 
     Returns
     -------
@@ -181,7 +183,7 @@ def render(
         "materials": {made.name: made.credit for made in scene.materials},
     }
     if method == "staged":
-        from fluorspar.staged.estimate import render_staged
+        from fluorspar.staged.procedure import render_staged
 
         image = render_staged(
             scene,
@@ -199,7 +201,7 @@ def render(
         image.save(output)
         return SpectralImage.open(output)
 
-    from fluorspar.paths.render_paths import render_paths
+    from fluorspar.paths.render import render_paths
 
     return render_paths(
         scene,

@@ -23,7 +23,7 @@ PER_CHUNK = 16  # pixels, of 64
 @pytest.fixture
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Render 16 of the 64 pixels at a time."""
-    monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", PER_CHUNK * 4)
+    monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", PER_CHUNK * 4)
 
 
 def stop_at(pixels: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,7 +81,7 @@ def test_before_anything_is_rendered(fluorspar: CommandLine, monkeypatch: pytest
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("fluorspar.scene.scene.load_scene", interrupted)
+    monkeypatch.setattr("fluorspar.scene.loading.load_scene", interrupted)
     fluorspar.write("scene.xml", GOOD)
     before = fluorspar.files()
     assert fluorspar.render(None).code == 130

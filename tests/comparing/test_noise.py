@@ -17,7 +17,7 @@ from fluorspar.measuring.point_spectra import PointSpectra, read_point_spectra, 
 from fluorspar.measuring.points import Point
 from fluorspar.measuring.spectroradiometer import measure
 from fluorspar.rendering import render
-from fluorspar.scene.scene import load_scene
+from fluorspar.scene.loading import load_scene
 from fluorspar.spectral.bands import Bands, conversion
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths

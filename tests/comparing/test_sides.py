@@ -19,7 +19,7 @@ from fluorspar.measuring.point_spectra import PointSpectra, read_point_spectra, 
 from fluorspar.measuring.points import Point
 from fluorspar.measuring.spectroradiometer import measure, scene_of
 from fluorspar.rendering import render
-from fluorspar.scene.scene import load_scene
+from fluorspar.scene.loading import load_scene
 from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.wavelengths import Wavelengths
 

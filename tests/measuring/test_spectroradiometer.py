@@ -15,7 +15,7 @@ from fluorspar.measuring.point_spectra import PointSpectra, read_point_spectra, 
 from fluorspar.measuring.points import Point, read_points
 from fluorspar.measuring.spectroradiometer import measure, normalised
 from fluorspar.scene.camera import camera_of
-from fluorspar.scene.scene import load_scene
+from fluorspar.scene.loading import load_scene
 from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.wavelengths import Wavelengths
 

@@ -21,8 +21,8 @@ from fluorspar import (
 )
 from fluorspar.errors import FluorsparWarning, OptionError
 from fluorspar.paths.light_paths import SLOTS, LightPaths
-from fluorspar.scene.renderer import TRACE_VARIANTS, use_variant
-from fluorspar.scene.trace_scene import build_trace_scene
+from fluorspar.paths.tracing.trace_scene import build_trace_scene
+from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
 GRID = Wavelengths(400, 700, 20)
 DYE = Material(
@@ -50,7 +50,7 @@ def furnace(
 
 def traced(scene: Scene, seed: int = 0) -> LightPaths:
     with use_variant(TRACE_VARIANTS["llvm"]):
-        from fluorspar.paths.trace import Tracer
+        from fluorspar.paths.tracing.tracer import Tracer
 
         tracer = Tracer(build_trace_scene(scene), scene.settings, np.full(len(scene.materials), 0.5), seed)
         pixels = scene.settings.width * scene.settings.height
@@ -147,7 +147,7 @@ class TestPixels:
     ) -> None:
         """y = 0 is the top row, x goes to the right; chunks of 1, 3, 7 or all pixels; 20 lights, each its
         own row."""
-        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", chunk)
+        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", chunk)
         calls: list[tuple[int, int]] = []
         image = render(self.checks(tmp_path), wavelengths=GRID, progress=lambda *done: calls.append(done))
         expected = np.arange(1, 21, dtype=np.float32).reshape(4, 5)
@@ -156,7 +156,7 @@ class TestPixels:
         assert calls == [(min(20, n), 20) for n in range(pixels, 20 + pixels, pixels)]
 
     def test_more_samples_than_a_chunk_holds(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 4)
+        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 4)
         assert render(self.checks(tmp_path, spp=8), wavelengths=GRID).total().values[3, 4, 0] == 20
 
     def test_chunks_are_independent_samples(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -169,7 +169,7 @@ class TestPixels:
             <shape type="rectangle"> <transform name="to_world">
             <scale x="9" y="9"/> </transform> </shape> </scene>"""
         )
-        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 18)
+        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 18)
         values = render(tmp_path / "scene.xml", spp=16, wavelengths=GRID).total().values[..., 0]
         assert values.std() > 0.01
         # 18 pairs: a correlation of 0.8 is beyond chance (p < 1e-4), and the same noise has 1
@@ -262,7 +262,7 @@ class TestInterrupted:
         assert np.isnan(error[30:]).all()
 
     def test_in_memory(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 10)
+        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
         whole = render(furnace(tmp_path), wavelengths=GRID, seed=3).total().values
         with pytest.warns(FluorsparWarning, match="30 of 63 pixels"):
             image = render(furnace(tmp_path), wavelengths=GRID, seed=3, progress=self.stop)
@@ -270,14 +270,14 @@ class TestInterrupted:
         assert np.array_equal(image.total().values.reshape(63, -1)[:30], whole.reshape(63, -1)[:30])
 
     def test_streamed(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 10)
+        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
         with pytest.warns(FluorsparWarning, match="30 of 63 pixels"):
             render(furnace(tmp_path), wavelengths=GRID, progress=self.stop, output=tmp_path / "a.nc").close()
         with SpectralImage.open(tmp_path / "a.nc") as image:
             self.check(image)
 
     def test_rendering_goes_on_after_it(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 10)
+        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
         with pytest.warns(FluorsparWarning):
             render(furnace(tmp_path), wavelengths=GRID, progress=self.stop)
         assert np.isfinite(render(furnace(tmp_path), wavelengths=GRID).total().values).all()
@@ -285,7 +285,7 @@ class TestInterrupted:
 
 class TestStreaming:
     def test_file_and_memory_are_the_same(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.estimate.CHUNK", 16 * 10)
+        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
         memory = render(furnace(tmp_path), wavelengths=GRID, component_errors=True)
         with render(
             furnace(tmp_path), wavelengths=GRID, component_errors=True, output=tmp_path / "a.nc"

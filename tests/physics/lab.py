@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar import Fluorophore, Material, SpectralImage, Spectrum, Wavelengths
-from fluorspar.scene.renderer import use_variant
+from fluorspar.scene.variants import use_variant
 
 Array = NDArray[np.float64]
 

@@ -42,9 +42,9 @@ from scipy.stats import t as student
 from fluorspar import COMPONENTS, Material, Scene, Wavelengths, load_scene, render
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.staged.emission import emitter_arrays, patch_illumination
-from fluorspar.staged.estimate import render_staged
-from fluorspar.staged.mitsuba_renderer import MitsubaRenderer
 from fluorspar.staged.options import ALBEDO_FLOOR, StagedOptions
+from fluorspar.staged.procedure import render_staged
+from fluorspar.staged.renderers.mitsuba.renderer import MitsubaRenderer
 
 GRID = Wavelengths(400, 680, 40)
 S = 0.25 + 0.35 * (FINE - 300) / 480

@@ -11,7 +11,7 @@ import pytest
 
 from fluorspar import Scene, Spectrum, load_scene
 from fluorspar.errors import ApproximationWarning, SceneError, SpectrumError
-from fluorspar.scene.renderer import use_variant
+from fluorspar.scene.variants import use_variant
 
 SKY = '<emitter type="constant"> <spectrum name="radiance" value="1"/> </emitter>'
 FILM = '<sensor type="perspective"> <film type="hdrfilm"> <rfilter type="box"/> </film> </sensor>'

@@ -28,7 +28,7 @@ _PACKAGES = (
 )
 # A wrong LLVM aborts the process, so each variant is tried in a process of its own.
 _TRY = """
-from fluorspar.scene.renderer import use_variant
+from fluorspar.scene.variants import use_variant
 with use_variant("{variant}"):
     import drjit as dr
     import mitsuba as mi
@@ -45,7 +45,7 @@ def doctor() -> None:
 
     Example:  fluorspar doctor
     """
-    from fluorspar.scene.renderer import SPECTRUM_VARIANT, TRACE_VARIANTS, find_llvm, usable_cores
+    from fluorspar.scene.variants import SPECTRUM_VARIANT, TRACE_VARIANTS, find_llvm, usable_cores
 
     def line(label: str, text: object) -> None:
         console.out.print(f"{label:<20}{text}", markup=False, highlight=False)

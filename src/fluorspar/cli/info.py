@@ -36,7 +36,7 @@ def info(
             for name, value in image.attrs.items():
                 console.out.print(f"  {name + ':':<17}{value}", markup=False, highlight=False)
     elif suffix == ".xml" or file in BUILTIN:
-        from fluorspar.scene.scene import load_scene
+        from fluorspar.scene.loading import load_scene
 
         console.out.print(str(load_scene(file)), markup=False, highlight=False)
     elif Path(file).is_dir() or (Path(file).exists() and suffix not in (".csv", ".bfc", ".txt")):

@@ -123,6 +123,6 @@ def scene_named(name: str | None, define: Sequence[str] | None = None) -> Scene 
                 )
             )
         return None
-    from fluorspar.scene.scene import load_scene
+    from fluorspar.scene.loading import load_scene
 
     return load_scene(name, parameters=pairs(define or [], "-D"))

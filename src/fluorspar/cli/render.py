@@ -129,7 +129,7 @@ def render(
     """Render a scene into a spectral image, split into components."""
     from fluorspar.cli.outputs import check_outputs, stream_target, write_outputs
     from fluorspar.rendering import render as render_scene
-    from fluorspar.scene.scene import load_scene
+    from fluorspar.scene.loading import load_scene
 
     options = staged_options(
         method,

@@ -146,8 +146,8 @@ def measure(
 
 def _visible_pixels(scene: Scene, points: tuple[Point, ...]) -> Array:
     """Pixels of the points that are positions; NaN for the others."""
+    from fluorspar.paths.tracing.visibility import first_hits
     from fluorspar.scene.camera import camera_of
-    from fluorspar.scene.visibility import first_hits
 
     found = np.full((len(points), 2), np.nan)
     rows = [row for row, point in enumerate(points) if not point.is_pixel]
@@ -194,7 +194,7 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
     True
     """
     from fluorspar.scene.builtin import BUILTIN
-    from fluorspar.scene.scene import load_scene
+    from fluorspar.scene.loading import load_scene
 
     name = str(image.attrs.get("scene", ""))
     if name in BUILTIN:

@@ -52,7 +52,7 @@ def builtin_parameters(name: str, parameters: Mapping[str, str]) -> dict[str, st
     """
     if name != "cornell-mesh":
         return dict(parameters)
-    from fluorspar.scene.object_mesh import object_file
+    from fluorspar.scene.objects.object_mesh import object_file
 
     given = parameters.get("mesh")
     return {**parameters, "mesh": str(object_file(Path(given) if given else None))}

@@ -12,18 +12,18 @@ from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.errors import FluorsparError
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.surfaces import ABSORBS
-from fluorspar.staged.equations import average_illumination, illumination, luminescence
-from fluorspar.staged.imaging import Tick
-from fluorspar.staged.mesh import TriangleMesh
-from fluorspar.staged.options import StagedOptions
-from fluorspar.staged.patches import (
+from fluorspar.staged.emitters.mesh import TriangleMesh
+from fluorspar.staged.emitters.patches import (
     EmitterArray,
     decimated_patches,
     mesh_patches,
     planar_patches,
     split_patches,
 )
-from fluorspar.staged.protocol import LoadedScene, Renderer
+from fluorspar.staged.equations import average_illumination, illumination, luminescence
+from fluorspar.staged.imaging import Tick
+from fluorspar.staged.options import StagedOptions
+from fluorspar.staged.renderers.protocol import LoadedScene, Renderer
 
 __all__ = ["emitter_arrays", "patch_illumination", "refine"]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.staged.protocol import LoadedScene, OffersIrradiance
+from fluorspar.staged.renderers.protocol import LoadedScene, OffersIrradiance
 
 __all__ = [
     "Layers",

@@ -14,7 +14,7 @@ from fluorspar.errors import ImageError, message
 from fluorspar.files.writing import replacing
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
-from fluorspar.staged.patches import EmitterArray
+from fluorspar.staged.emitters.patches import EmitterArray
 
 __all__ = ["Intermediate", "file_names"]
 

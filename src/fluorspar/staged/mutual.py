@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from fluorspar.errors import ApproximationWarning
 from fluorspar.scene.surfaces import NO_LIGHT
 from fluorspar.staged.emission import emitter_arrays, patch_illumination, refine
+from fluorspar.staged.emitters.patches import EmitterArray
 from fluorspar.staged.equations import luminescence, luminescent_reflection
 from fluorspar.staged.imaging import Layers, Views, seeds_of, views_of
 from fluorspar.staged.intermediate import file_names
 from fluorspar.staged.passes import Groups, Passes
-from fluorspar.staged.patches import EmitterArray
-from fluorspar.staged.protocol import EmitsPerFace, LoadedScene
+from fluorspar.staged.renderers.protocol import EmitsPerFace, LoadedScene
 
 __all__ = ["FluorescentObject", "fluorescent_objects", "mutual_illumination"]
 

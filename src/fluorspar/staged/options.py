@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from fluorspar.errors import OptionError, message
-from fluorspar.scene.scene import whole
+from fluorspar.scene.settings import whole
 
 __all__ = ["ALBEDO_FLOOR", "StagedOptions"]
 

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.errors import SceneNotice
 from fluorspar.progress import Progress
-from fluorspar.scene.scene import UNLIMITED, Scene
+from fluorspar.scene.scene import Scene
+from fluorspar.scene.settings import UNLIMITED
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.equations import luminescence
 from fluorspar.staged.imaging import Layers, Sampling, Views, band_groups, plan_samples, render_bands
 from fluorspar.staged.intermediate import Intermediate
 from fluorspar.staged.options import ALBEDO_FLOOR, StagedOptions
-from fluorspar.staged.protocol import LoadedScene, Renderer
+from fluorspar.staged.renderers.protocol import LoadedScene, Renderer
 from fluorspar.staged.timings import Stopwatch
 
 __all__ = ["Passes"]

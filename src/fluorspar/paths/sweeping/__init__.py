@@ -1,0 +1,1 @@
+"""From light paths to the spectra of all components of pixels."""

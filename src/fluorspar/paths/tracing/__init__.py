@@ -1,0 +1,1 @@
+"""From a scene to light paths; every touch of Mitsuba while paths are traced is here."""

@@ -1,0 +1,84 @@
+"""The first camera of a parsed scene, its film and its sampler."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fluorspar.errors import OptionError, SceneError, message
+from fluorspar.scene.nodes import children, kind, label
+from fluorspar.scene.settings import Settings
+
+__all__ = ["film_node", "sampler_node", "sensor_node", "set_film"]
+
+
+def sensor_node(state: Any) -> int:
+    """Index of the first sensor of a parsed scene."""
+    sensors = [index for _, index in children(state, 0) if kind(state.nodes[index]) == "Sensor"]
+    supported = ("perspective", "thinlens", "orthographic")
+    if not sensors:
+        raise SceneError(
+            message(
+                "the scene has no camera",
+                expected=f"a sensor, one of {', '.join(supported)}",
+                fix="add a sensor to the scene",
+            )
+        )
+    node = state.nodes[sensors[0]]
+    if node.props.plugin_name() not in supported:
+        raise SceneError(
+            message(
+                f"sensor '{node.props.plugin_name()}' is not supported",
+                where=label(node, sensors[0]),
+                expected=f"one of {', '.join(supported)}",
+            )
+        )
+    return sensors[0]
+
+
+def film_node(state: Any) -> int | None:
+    """Index of the film of the first sensor, if the scene gives one."""
+    return next((i for _, i in children(state, sensor_node(state)) if kind(state.nodes[i]) == "Film"), None)
+
+
+def sampler_node(state: Any) -> int | None:
+    """Index of the sampler of the first sensor, if the scene gives one."""
+    return next(
+        (i for _, i in children(state, sensor_node(state)) if kind(state.nodes[i]) == "Sampler"), None
+    )
+
+
+def set_film(state: Any, settings: Settings) -> None:
+    """Give the film the size that is asked for, and a box filter, for a film without a filter has a Gaussian."""
+    import mitsuba as mi
+
+    film = film_node(state)
+    size = {"width": settings.width, "height": settings.height}
+    assert film is not None  # checked when the scene was loaded
+    props = state.nodes[film].props
+    _keep(props, ("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y"))
+    props.set_plugin_name("hdrfilm")
+    props["pixel_format"] = "luminance"
+    props["rfilter"] = mi.load_dict({"type": "box"})
+    cropped = "crop_width" in props or "crop_height" in props
+    if not cropped:
+        props["width"], props["height"] = size["width"], size["height"]
+    crop = (
+        props.get("crop_width", props.get("width", 768)),
+        props.get("crop_height", props.get("height", 576)),
+    )
+    if cropped and crop != (size["width"], size["height"]):
+        raise OptionError(
+            message(
+                "the size cannot be changed, because the film has a crop window",
+                got=f"{size['width']} x {size['height']}",
+                expected=f"{crop[0]} x {crop[1]}",
+                fix="remove the crop window from the scene file, or leave out the size",
+            )
+        )
+
+
+def _keep(props: Any, names: tuple[str, ...]) -> None:
+    """Drop all properties but these (a film's file format, for one, means nothing here)."""
+    for key in list(props.keys()):
+        if key not in names:
+            del props[key]

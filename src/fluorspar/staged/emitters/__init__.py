@@ -1,0 +1,1 @@
+"""Fluorescent surfaces as arrays of emitters: meshes, patches and grid cells."""

@@ -1,0 +1,1 @@
+"""Renderers that the staged method can use."""

@@ -1,0 +1,1 @@
+"""Stock Mitsuba as the renderer of the staged method."""
