@@ -110,7 +110,8 @@ def compare(
     ] = None,
 ) -> None:
     """Compare spectra: RMSE (Eq. 14 with --match POINT), CIEDE2000, bias, and how much of the difference is noise."""
-    from fluorspar.cli.measuring import aperture_of, check_files, limits_of, scene_named
+    from fluorspar.cli.options import aperture_of, limits_of, scene_named
+    from fluorspar.cli.targets import check_files
     from fluorspar.comparing.compare import compare as compare_spectra
     from fluorspar.errors import OptionError, message
     from fluorspar.figures.report import write_report

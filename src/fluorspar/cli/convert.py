@@ -48,7 +48,7 @@ def convert(
     ] = None,
 ) -> None:
     """Convert a spectral image."""
-    from fluorspar.cli.measuring import check_files
+    from fluorspar.cli.targets import check_files
     from fluorspar.errors import OptionError, message
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input

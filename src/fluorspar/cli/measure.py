@@ -55,7 +55,8 @@ def measure(
     """Measure the spectra of points: mean under an aperture, with its standard error."""
     from rich.table import Table
 
-    from fluorspar.cli.measuring import aperture_of, check_files, scene_named
+    from fluorspar.cli.options import aperture_of, scene_named
+    from fluorspar.cli.targets import check_files
     from fluorspar.figures.spectra import spectra_figure, write_figure
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input

@@ -1,18 +1,35 @@
-"""Options that several commands read the same way."""
+"""What is given to a command as text, read: pairs, sizes, whites, limits, scenes, options of the staged method."""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
 from fluorspar.bispectral.library import ENVIRONMENT
 from fluorspar.errors import OptionError, message
 
-__all__ = ["LibraryOption", "material_files", "pairs", "size_of", "white_of"]
+if TYPE_CHECKING:
+    from fluorspar.measuring.aperture import Aperture
+    from fluorspar.scene.scene import Scene
+    from fluorspar.staged.options import StagedOptions
+
+__all__ = [
+    "LibraryOption",
+    "aperture_of",
+    "limits_of",
+    "material_files",
+    "mesh_parameter",
+    "pairs",
+    "scene_named",
+    "size_of",
+    "staged_options",
+    "white_of",
+]
 
 LibraryOption: TypeAlias = Annotated[
     list[Path] | None,
@@ -105,3 +122,136 @@ def material_files(text: str, folders: Sequence[Path]) -> list[Path]:
             *(folder / f"{name}{suffix}" for folder in known for suffix in (".csv", ".bfc")),
         ]
     return found
+
+
+def limits_of(texts: Sequence[str]) -> dict[str, float]:
+    """Read the limits of `--fail-above`.
+
+    Raises
+    ------
+    OptionError
+        If a number is not known or named twice, or its limit is not a number of 0 or more.
+
+    Examples
+    --------
+    >>> limits_of(["rmse=0.05"])
+    {'rmse': 0.05}
+    """
+    from fluorspar.comparing.comparison import LIMITS
+
+    option = "--fail-above"
+    limits: dict[str, float] = {}
+    for name, text in (pair for each in texts for pair in pairs([each], option).items()):
+        if name not in LIMITS:
+            raise OptionError(
+                message("there is no such number", where=option, got=name, expected=", ".join(LIMITS))
+            )
+        if name in limits:
+            raise OptionError(
+                message("a number has two limits", where=f"{option} {name}", fix="give it once")
+            )
+        try:
+            limits[name] = float(text)
+        except ValueError as err:
+            raise OptionError(message("a limit is not a number", where=f"{option} {name}", got=text)) from err
+        if not 0 <= limits[name] < math.inf:
+            expected = "a finite number of 0 or more: no number of a comparison is negative"
+            raise OptionError(
+                message("a limit is impossible", where=f"{option} {name}", got=text, expected=expected)
+            )
+    return limits
+
+
+def aperture_of(text: str | None) -> Aperture | None:
+    """Read an aperture, such as `0.125deg` or `3px`."""
+    from fluorspar.measuring.aperture import Aperture
+
+    return None if text is None else Aperture.parse(text)
+
+
+def scene_named(name: str | None, define: Sequence[str] | None = None) -> Scene | None:
+    """Load a scene by its name or file.
+
+    Parameters
+    ----------
+    name : str or None
+    define : sequence of str, optional
+        `KEY=VALUE` of the `$KEY` substitutions of its file.
+
+    Raises
+    ------
+    OptionError
+        If there are values and no scene.
+    SceneError
+        If the scene cannot be used.
+
+    Examples
+    --------
+    >>> scene_named("cornell-box").name
+    'cornell-box'
+    """
+    if name is None:
+        if define:
+            raise OptionError(
+                message(
+                    "values for a scene file are given without the scene",
+                    where="-D",
+                    got=", ".join(define),
+                    fix="name the scene (--scene)",
+                )
+            )
+        return None
+    from fluorspar.scene.loading import load_scene
+
+    return load_scene(name, parameters=pairs(define or [], "-D"))
+
+
+def staged_options(method: str, **given: Any) -> StagedOptions | None:
+    """Collect the options of the staged method that were given; None for another method.
+
+    Raises
+    ------
+    OptionError
+        If one is given for another method, or out of range.
+    """
+    chosen = {name: value for name, value in given.items() if value is not None}
+    if method != "staged":
+        if chosen:
+            option = "--" + next(iter(chosen)).replace("_", "-").replace("mode", "emitter-mode")
+            raise OptionError(
+                message(
+                    "an option of the staged method is given",
+                    where=option,
+                    fix="add --method staged, or leave it out",
+                )
+            )
+        return None
+    from fluorspar.staged.options import StagedOptions
+
+    return StagedOptions(**chosen)
+
+
+def mesh_parameter(scene: str, mesh: Path | None, defined: Mapping[str, str]) -> dict[str, str]:
+    """The parameter that `--mesh` gives to the scene `cornell-mesh`.
+
+    Raises
+    ------
+    OptionError
+        If it is given for another scene, or `-D mesh=` as well.
+    """
+    if mesh is None:
+        return {}
+    if "mesh" in defined:
+        fault, got = "the mesh is given twice", f"--mesh {mesh} and -D mesh={defined['mesh']}"
+        raise OptionError(message(fault, where="--mesh", got=got, fix="leave one of them out"))
+    if scene != "cornell-mesh":
+        raise OptionError(
+            message(
+                "--mesh puts a mesh into the built-in scene cornell-mesh",
+                where="--mesh",
+                got=f"scene '{scene}'",
+                expected="cornell-mesh",
+                fix="render cornell-mesh; for a $mesh in a scene file of yours, use -D mesh=FILE",
+            )
+        )
+    return {"mesh": str(mesh)}

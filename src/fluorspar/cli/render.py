@@ -9,8 +9,8 @@ import typer
 
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
-from fluorspar.cli.options import LibraryOption, pairs, size_of
-from fluorspar.cli.staged import mesh_parameter, print_timings, staged_options
+from fluorspar.cli.options import LibraryOption, mesh_parameter, pairs, size_of, staged_options
+from fluorspar.cli.outputs import print_timings
 
 __all__ = ["render"]
 
@@ -127,7 +127,8 @@ def render(
     ] = False,
 ) -> None:
     """Render a scene into a spectral image, split into components."""
-    from fluorspar.cli.outputs import check_outputs, stream_target, write_outputs
+    from fluorspar.cli.outputs import write_outputs
+    from fluorspar.cli.targets import check_outputs, stream_target
     from fluorspar.rendering import render as render_scene
     from fluorspar.scene.loading import load_scene
 

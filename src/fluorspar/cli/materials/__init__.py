@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import typer
 
-from fluorspar.cli.materials.colours import colour
-from fluorspar.cli.materials.dyes import dye
-from fluorspar.cli.materials.fits import fit
-from fluorspar.cli.materials.inspection import inspect
-from fluorspar.cli.materials.listing import list_materials
-from fluorspar.cli.materials.showing import show
+from fluorspar.cli.materials.colour import colour
+from fluorspar.cli.materials.dye import dye
+from fluorspar.cli.materials.fit import fit
+from fluorspar.cli.materials.inspect import inspect
+from fluorspar.cli.materials.list import list_materials
+from fluorspar.cli.materials.show import show
 
 __all__ = ["materials"]
 

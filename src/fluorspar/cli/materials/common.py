@@ -9,24 +9,12 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 from numpy.typing import ArrayLike
 
-from fluorspar.errors import OptionError, message
-from fluorspar.files.writing import check_not_input, check_target, replacing
+from fluorspar.files.writing import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "MaterialArgument",
-    "PlotOption",
-    "check_material_target",
-    "check_plot",
-    "hexadecimal",
-    "swatch",
-    "write_columns",
-    "write_plot",
-]
-
-_FORMATS = (".png", ".pdf", ".svg")
+__all__ = ["MaterialArgument", "PlotOption", "hexadecimal", "swatch", "write_columns", "write_plot"]
 
 MaterialArgument: TypeAlias = Annotated[
     str,
@@ -67,42 +55,6 @@ def _bytes(rgb: ArrayLike) -> list[int]:
     import numpy as np
 
     return [round(255 * float(value)) for value in np.asarray(rgb)]
-
-
-def check_plot(path: Path | None) -> None:
-    """Find out before any work whether a figure can be written.
-
-    Raises
-    ------
-    OptionError
-        If the suffix names no format.
-    ImageError
-        If the folder does not exist or may not be written to.
-    """
-    if path is None:
-        return
-    if path.suffix.lower() not in _FORMATS:
-        expected = ", ".join(_FORMATS)
-        fault, fix = "the suffix names no format of figures", "rename the file"
-        raise OptionError(message(fault, where="--plot", got=path, expected=expected, fix=fix))
-    check_target(path)
-
-
-def check_material_target(path: Path, *inputs: str | Path | None) -> None:
-    """Find out before any work whether a material file can be written.
-
-    Raises
-    ------
-    OptionError
-        If it is no `.csv` file, or one of the files that are read.
-    ImageError
-        If the folder does not exist or may not be written to.
-    """
-    if path.suffix.lower() != ".csv":
-        fault = "a material file is a .csv file"
-        raise OptionError(message(fault, where="--output", got=path, fix=f"write {path.stem}.csv"))
-    check_target(path)
-    check_not_input(path, *inputs)
 
 
 def write_columns(path: Path, about: str, columns: Mapping[str, ArrayLike]) -> None:

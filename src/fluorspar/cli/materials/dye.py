@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.materials.common import check_material_target
 from fluorspar.cli.options import LibraryOption, material_files
+from fluorspar.cli.targets import check_material_target
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:

@@ -10,15 +10,9 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.materials.common import (
-    PlotOption,
-    check_plot,
-    hexadecimal,
-    swatch,
-    write_columns,
-    write_plot,
-)
+from fluorspar.cli.materials.common import PlotOption, hexadecimal, swatch, write_columns, write_plot
 from fluorspar.cli.options import LibraryOption, material_files
+from fluorspar.cli.targets import check_plot
 from fluorspar.errors import OptionError, message
 from fluorspar.files.writing import check_not_input, check_target
 

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from fluorspar.cli import console
-from fluorspar.cli.materials.common import (
-    MaterialArgument,
-    PlotOption,
-    check_plot,
-    write_plot,
-)
+from fluorspar.cli.materials.common import MaterialArgument, PlotOption, write_plot
 from fluorspar.cli.options import LibraryOption
+from fluorspar.cli.targets import check_plot
 
 __all__ = ["show"]
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.materials.common import PlotOption, check_material_target, check_plot, write_plot
+from fluorspar.cli.materials.common import PlotOption, write_plot
+from fluorspar.cli.targets import check_material_target, check_plot
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, OptionError, message
 from fluorspar.spectral.wavelengths import Wavelengths
 

@@ -11,13 +11,13 @@ from fluorspar.cli import console
 from fluorspar.cli.materials.common import (
     MaterialArgument,
     PlotOption,
-    check_plot,
     hexadecimal,
     swatch,
     write_columns,
     write_plot,
 )
 from fluorspar.cli.options import LibraryOption, material_files
+from fluorspar.cli.targets import check_plot
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
