@@ -1,10 +1,12 @@
-"""The structure of the package: layers import one way, and importing has no side effects."""
+"""The structure of the package: layers import one way, no modules in a circle, and importing has no side effects."""
 
 from __future__ import annotations
 
 import ast
 import subprocess
 import sys
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,7 @@ import pytest
 import fluorspar
 
 ROOT = Path(fluorspar.__file__).parent
-# Each layer may import from those before it. `paths` and `staged` do not know each other.
+# Each file or folder may import from those before it. `paths` and `staged` do not know each other.
 LAYERS = [
     "errors",
     "progress",
@@ -23,9 +25,11 @@ LAYERS = [
     "bispectral",
     "image",
     "scene",
+    "job",
     "paths",
     "staged",
     "rendering",
+    "relighting",
     "measuring",
     "comparing",
     "figures",
@@ -33,6 +37,14 @@ LAYERS = [
     "__main__",
 ]
 MODULES = sorted(ROOT.rglob("*.py"))
+
+
+def name_of(path: Path) -> str:
+    """Name of the module that a file is."""
+    return ".".join(("fluorspar", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
+
+
+NAMES = {name_of(path) for path in MODULES}
 
 
 def imported(path: Path) -> set[str]:
@@ -72,12 +84,35 @@ def test_mitsuba_is_imported_in_its_layers_only(path: Path) -> None:
         assert own in ("scene", "paths", "staged"), f"{own} imports Mitsuba"
 
 
+def run(tree: ast.AST) -> Iterator[ast.AST]:
+    """All nodes of a file except those that only type checkers look at."""
+    for node in ast.iter_child_nodes(tree):
+        if not (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"):
+            yield node
+            yield from run(node)
+
+
+def needed(path: Path) -> set[str]:
+    """Modules of Fluorspar that a file imports, also within functions; not the packages it is in."""
+    found = set()
+    for node in run(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            inner = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {name if name in NAMES else node.module for name in inner}
+    return {name for name in found & NAMES if not f"{name_of(path)}.".startswith(f"{name}.")}
+
+
+def test_no_modules_import_in_a_circle() -> None:
+    try:
+        TopologicalSorter({name_of(path): needed(path) for path in MODULES}).prepare()
+    except CycleError as err:
+        pytest.fail(f"a circle of imports: {' <- '.join(err.args[1])}")
+
+
 def test_importing_everything_has_no_side_effects() -> None:
     """No module sets a Mitsuba variant, prints, or opens a data file when it is imported."""
-    names = [
-        ".".join(("fluorspar", *p.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
-        for p in MODULES
-    ]
     code = f"""
 import importlib, sys
 opened = []
@@ -85,7 +120,7 @@ def watch(event, args):
     if event == "open" and isinstance(args[0], str) and "/fluorspar/data/" in args[0]:
         opened.append(args[0])
 sys.addaudithook(watch)
-for name in {[n for n in names if not n.endswith("__main__")]!r}:
+for name in {sorted(name for name in NAMES if not name.endswith("__main__"))!r}:
     importlib.import_module(name)
 import mitsuba
 assert mitsuba.variant() is None, mitsuba.variant()
