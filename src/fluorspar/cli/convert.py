@@ -55,10 +55,11 @@ def convert(
     from fluorspar.image.converted import ASSUMED, converted
     from fluorspar.image.display.picture import write_png
     from fluorspar.image.formats.envi import data_file
+    from fluorspar.image.formats.registry import SUFFIXES
     from fluorspar.image.spectral_image import SpectralImage
     from fluorspar.spectral.wavelengths import Wavelengths
 
-    check_files([target], (".nc", ".exr", ".hdr", ".png"))
+    check_files([target], (*SUFFIXES, ".png"))
     if component is not None and total:
         raise OptionError(message("--component and --total exclude each other"))
     kind = target.suffix.lower()

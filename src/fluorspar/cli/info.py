@@ -25,10 +25,11 @@ def info(
 
     Example:  fluorspar info box.nc
     """
+    from fluorspar.image.formats.registry import SUFFIXES
     from fluorspar.scene.builtin import BUILTIN
 
     suffix = Path(file).suffix.lower()
-    if suffix in (".nc", ".exr", ".hdr"):
+    if suffix in SUFFIXES:
         from fluorspar.image.spectral_image import SpectralImage
 
         with SpectralImage.open(file) as image:

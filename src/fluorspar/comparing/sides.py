@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.image.components import select
 from fluorspar.image.dataset import add_up, values_of
+from fluorspar.image.formats.registry import SUFFIXES
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import bands_of, error_layer
 from fluorspar.measuring.point_spectra import PointSpectra, read_point_spectra
 from fluorspar.spectral.bands import Bands
 
-__all__ = ["IMAGES", "TABLES", "ImageSide", "bands_of_side", "open_side"]
+__all__ = ["TABLES", "ImageSide", "bands_of_side", "open_side"]
 
-IMAGES = (".nc", ".exr", ".hdr")
 TABLES = (".csv", ".txt")
 
 _KEEP_BYTES = 400 * 2**20  # totals up to this size stay in memory between two passes
@@ -53,7 +53,7 @@ def open_side(source: SpectralImage | PointSpectra | str | os.PathLike[str]) -> 
     if isinstance(source, SpectralImage | PointSpectra):
         return source
     suffix = Path(source).suffix.lower()
-    if suffix in IMAGES:
+    if suffix in SUFFIXES:
         return SpectralImage.open(source)
     if suffix in TABLES:
         return read_point_spectra(source)
@@ -62,7 +62,7 @@ def open_side(source: SpectralImage | PointSpectra | str | os.PathLike[str]) -> 
             "this kind of file cannot be compared",
             where=source,
             got=suffix or "no suffix",
-            expected=f"an image ({', '.join(IMAGES)}) or a table of spectra ({', '.join(TABLES)})",
+            expected=f"an image ({', '.join(SUFFIXES)}) or a table of spectra ({', '.join(TABLES)})",
         )
     )
 

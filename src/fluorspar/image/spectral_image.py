@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -138,18 +137,9 @@ class SpectralImage:
           got:      .png
           expected: .nc, .exr, .hdr
         """
-        suffix = _suffix(path, (".nc", ".exr", ".hdr"), "read from")
-        if suffix == ".nc":
-            from fluorspar.image.formats.netcdf import read_netcdf
+        from fluorspar.image.formats.registry import read_image
 
-            return cls(read_netcdf(path))
-        if suffix == ".hdr":
-            from fluorspar.image.formats.envi import read_envi
-
-            return cls(read_envi(path))
-        from fluorspar.image.formats.exr import read_exr
-
-        return cls(read_exr(path))
+        return cls(read_image(path))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the image: `.nc` and `.exr` without loss, the total to `.hdr` (ENVI), its picture to `.png`.
@@ -167,29 +157,21 @@ class SpectralImage:
         Examples
         --------
         >>> import tempfile
+        >>> from pathlib import Path
         >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
         >>> path = Path(tempfile.mkdtemp()) / "room.nc"
         >>> image.save(path)
         >>> SpectralImage.open(path).shape
         (7, 4, 6, 69)
         """
-        suffix = _suffix(path, (".nc", ".exr", ".hdr", ".png"), "written to")
-        if suffix == ".nc":
-            from fluorspar.image.formats.netcdf import write_netcdf
+        from fluorspar.image.formats.registry import SUFFIXES, suffix_among, write_image
 
-            write_netcdf(self.dataset, path)
-        elif suffix == ".exr":
-            from fluorspar.image.formats.exr import write_exr
+        if suffix_among(path, (*SUFFIXES, ".png"), "written to") != ".png":
+            write_image(self.dataset, path)
+            return
+        from fluorspar.image.display.picture import write_png
 
-            write_exr(self.dataset, path)
-        elif suffix == ".hdr":
-            from fluorspar.image.formats.envi import write_envi
-
-            write_envi(self.dataset, path)
-        else:
-            from fluorspar.image.display.picture import write_png
-
-            write_png(self, path)
+        write_png(self, path)
 
     def load(self) -> SpectralImage:
         """Read all of the image into memory; return it."""
@@ -479,20 +461,6 @@ class SpectralImage:
         from fluorspar.image.display.picture import png_bytes, thumbnail
 
         return png_bytes(thumbnail(self))
-
-
-def _suffix(path: str | os.PathLike[str], known: tuple[str, ...], doing: str) -> str:
-    suffix = Path(path).suffix.lower()
-    if suffix not in known:
-        raise ImageError(
-            message(
-                f"a spectral image cannot be {doing} this kind of file",
-                where=path,
-                got=suffix or "no suffix",
-                expected=", ".join(known),
-            )
-        )
-    return suffix
 
 
 def _labelled(values: NDArray[Any], dim: str, labels: list[str], long_name: str, units: str) -> xr.DataArray:
