@@ -1,36 +1,30 @@
-"""One function: scene, method and options in, spectral image out."""
+"""The public functions: a scene and options in, a spectral image or its light paths out."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError, message
-from fluorspar.image.dataset import plain_attrs
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import METHODS
+from fluorspar.job import RenderJob
 from fluorspar.progress import Progress
-from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
-from fluorspar.scene.settings import whole
-from fluorspar.scene.variants import TRACE_VARIANTS
 from fluorspar.spectral.wavelengths import Wavelengths
-from fluorspar.version import __version__
 
 if TYPE_CHECKING:
+    from fluorspar.paths.light_paths import LightPaths
     from fluorspar.staged.options import StagedOptions
     from fluorspar.staged.renderers.protocol import Renderer
 
-__all__ = ["METHODS", "render"]
-
-LARGEST_SEED = 2**63 - 1  # what the attributes of a NetCDF file can hold
+__all__ = ["render", "trace"]
 
 
 def render(
@@ -120,37 +114,12 @@ def render(
     >>> image.dataset.radiance.shape
     (7, 16, 16, 16)
     """
-    if method not in METHODS:
-        raise OptionError(
-            message("there is no such method", got=repr(method), expected=f"one of {', '.join(METHODS)}")
-        )
-    if variant not in TRACE_VARIANTS:
+    if renderer is not None and method != "staged":
         raise OptionError(
             message(
-                "there is no such variant", got=repr(variant), expected=f"one of {', '.join(TRACE_VARIANTS)}"
+                "a renderer for the staged method is given", got=f"method={method!r}", expected="method='staged'"
             )
         )
-    if stokes not in ("half", "strict"):
-        raise OptionError(
-            message("there is no such Stokes rule", got=repr(stokes), expected="'half' or 'strict'")
-        )
-    if method == "staged" and (component_errors or variant != "llvm"):
-        got = "component_errors" if component_errors else f"variant={variant!r}"
-        raise OptionError(
-            message("the staged method has no such option", got=got, expected="method='paths' with it")
-        )
-    if (staged is not None or renderer is not None) and method != "staged":
-        what = "options of the staged method" if staged is not None else "a renderer for the staged method"
-        verb = "are" if staged is not None else "is"
-        raise OptionError(
-            message(f"{what} {verb} given", got=f"method={method!r}", expected="method='staged'")
-        )
-    seed = whole("seed", seed)
-    if threads is not None and whole("threads", threads) < 1:
-        raise OptionError(message("the number of threads is out of range", got=threads, expected="1 or more"))
-    if not 0 <= seed <= LARGEST_SEED:
-        fault = "the seed is negative" if seed < 0 else "the seed is too large"
-        raise OptionError(message(fault, got=seed, expected=f"0 to {LARGEST_SEED}"))
     if output is not None and Path(output).suffix.lower() != ".nc":
         raise OptionError(
             message(
@@ -159,83 +128,93 @@ def render(
                 expected="a name that ends in .nc",
             )
         )
-    if not isinstance(scene, Scene):
-        scene = load_scene(scene, materials=materials)
-    elif materials:
-        raise OptionError(
-            message("materials come too late for a loaded scene", fix="give them to load_scene")
-        )
-    width, height = _pair(size)
-    scene = scene.with_settings(spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth)
-    if method == "paths":  # the staged method has a sampler of its own
-        scene = scene.with_whole_samples()
-    grid = _grid(wavelengths)
-    attrs: dict[str, Any] = {
-        "version": __version__,
-        "method": method,
-        "spp": scene.settings.spp,
-        "seed": seed,
-        "max_depth": scene.settings.max_depth,
-        "rr_depth": scene.settings.rr_depth,
-        "stokes": stokes,
-        "scene": scene.name,
-        "parameters": dict(scene.parameters) or None,
-        "materials": {made.name: made.credit for made in scene.materials},
-    }
-    if method == "staged":
-        from fluorspar.staged.procedure import render_staged
-
-        image = render_staged(
-            scene,
-            grid,
-            seed=seed,
-            options=staged,
-            stokes=stokes,
-            threads=threads,
-            progress=progress,
-            renderer=renderer,
-        )
-        image.dataset.attrs = plain_attrs(attrs | image.attrs)
-        if output is None:
-            return image
-        image.save(output)
-        return SpectralImage.open(output)
-
-    from fluorspar.paths.render import render_paths
-
-    return render_paths(
+    job = RenderJob.of(
         scene,
-        grid,
+        materials=materials,
+        wavelengths=wavelengths,
+        size=size,
+        spp=spp,
+        max_depth=max_depth,
+        rr_depth=rr_depth,
         seed=seed,
-        attrs=attrs,
+        method=method,
         stokes=stokes,
         component_errors=component_errors,
         variant=variant,
         threads=threads,
-        output=output,
-        progress=progress,
+        options=staged,
     )
+    if job.method == "paths":
+        from fluorspar.paths.chunks import trace_chunks
+        from fluorspar.paths.render import render_chunks
+
+        with closing(trace_chunks(job)) as chunks:
+            return render_chunks(chunks, job, output=output, progress=progress)
+
+    from fluorspar.staged.procedure import render_staged
+
+    image = render_staged(job, progress=progress, renderer=renderer)
+    if output is None:
+        return image
+    image.save(output)
+    return SpectralImage.open(output)
 
 
-def _grid(wavelengths: Wavelengths | str | ArrayLike | None) -> Wavelengths:
-    """Read a wavelength grid in any of its forms."""
-    if wavelengths is None:
-        return Wavelengths()
-    if isinstance(wavelengths, Wavelengths):
-        return wavelengths
-    if isinstance(wavelengths, str):
-        return Wavelengths.parse(wavelengths)
-    return Wavelengths.from_values(np.asarray(wavelengths, dtype=np.float64))
+def trace(
+    scene: Scene | str | Path | dict[str, Any],
+    *,
+    spp: int | None = None,
+    seed: int = 0,
+    wavelengths: Wavelengths | str | ArrayLike | None = None,
+    size: tuple[int, int] | None = None,
+    max_depth: int | None = None,
+    rr_depth: int | None = None,
+    materials: Mapping[str, str | Path | Material] | None = None,
+    variant: str = "llvm",
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> LightPaths:
+    """Trace the light paths of a scene and keep them: images follow from them without tracing again.
 
+    Parameters
+    ----------
+    scene, spp, seed, size, max_depth, rr_depth, materials, variant, threads
+        See `render`.
+    wavelengths
+        Grid of the images, see `render`. The paths hold no wavelength, and images on other grids are as right, but
+        Russian roulette follows the brightest band of this one.
+    progress
+        Called with the pixels done and the pixels in all.
 
-def _pair(size: tuple[int, int] | None) -> tuple[int | None, int | None]:
-    """Read a size in pixels."""
-    if size is None:
-        return None, None
-    try:
-        width, height = size
-    except (TypeError, ValueError) as err:
-        raise OptionError(
-            message("the size is not readable", got=size, expected="(width, height) in pixels")
-        ) from err
-    return width, height
+    Returns
+    -------
+    LightPaths
+        About 84 bytes a sample in the Cornell box. `LightPaths.image` makes images of them.
+
+    Raises
+    ------
+    SceneError, MaterialError, SpectrumError, OptionError, RendererError
+        As `render`; OptionError also if the paths do not fit into memory.
+
+    Examples
+    --------
+    >>> paths = trace("cornell-box", size=(16, 16), spp=4)
+    >>> image = paths.image(wavelengths="400:700:20")
+    >>> image.dataset.radiance.shape
+    (7, 16, 16, 16)
+    """
+    job = RenderJob.of(
+        scene,
+        materials=materials,
+        wavelengths=wavelengths,
+        size=size,
+        spp=spp,
+        max_depth=max_depth,
+        rr_depth=rr_depth,
+        seed=seed,
+        variant=variant,
+        threads=threads,
+    )
+    from fluorspar.paths.light_paths import trace_job
+
+    return trace_job(job, progress)

@@ -1,78 +1,116 @@
-"""`LightPaths`: what is recorded of traced light paths. It holds geometry and no spectrum."""
+"""`LightPaths`: the traced light paths of a scene, kept, to be asked for images."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from contextlib import closing
+from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-__all__ = ["KILLED", "SLOTS", "TILE", "LightPaths", "Segment"]
+from fluorspar.bispectral.donaldson import Stokes
+from fluorspar.errors import OptionError, message
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.job import RenderJob, read_grid
+from fluorspar.paths.chunks import trace_chunks
+from fluorspar.paths.log import Chunk
+from fluorspar.paths.render import render_chunks
+from fluorspar.progress import Progress
+from fluorspar.spectral.wavelengths import Wavelengths
 
-TILE = 64  # paths that lie side by side in memory: [tile][slot][path in tile]
-SLOTS = 48  # vertices of a path that one segment holds
-KILLED = -1.0  # `survival` of a vertex at which Russian roulette ended the path
-
-
-@dataclass(frozen=True)
-class Segment:
-    """Up to `SLOTS` vertices each of `n` paths, vertex 0 nearest to the camera.
-
-    The arrays with a slot axis have shape (tiles, SLOTS, TILE), n = tiles x TILE at most; path i is in
-    tile i // TILE. Slots from `length` on are undefined, except slot `length` of `sampled`, which holds the
-    light that the last sampled direction reached.
-
-    Attributes
-    ----------
-    length
-        (n,) uint8: number of vertices recorded.
-    child
-        (n,) int32: index of the path in the next segment where it goes on, else -1.
-    row
-        uint32: row of the material table at each vertex.
-    direct
-        float32: weight of the light found by next-event estimation, E_D = direct x L, in sr for
-        radiance, m-2 for intensity, 1 for irradiance, divided by pi; w_k of the method.
-    direct_light
-        uint32: its row of the light table; shape (0,) where the scene has one light.
-    sampled
-        float32: weight of the light that the direction sampled at the *previous* vertex (slot 0: the camera
-        ray or the last vertex of the previous segment) has hit; h_k of the method.
-    sampled_light
-        uint32: its row of the light table; shape (0,) where the scene has one light.
-    survival
-        float32: 1 / survival probability of Russian roulette, `KILLED` where it ended the path;
-        undefined below roulette depth; f_k of the method.
-    """
-
-    length: NDArray[np.uint8]
-    child: NDArray[np.int32]
-    row: NDArray[np.uint32]
-    direct: NDArray[np.float32]
-    direct_light: NDArray[np.uint32]
-    sampled: NDArray[np.float32]
-    sampled_light: NDArray[np.uint32]
-    survival: NDArray[np.float32]
+__all__ = ["LightPaths", "trace_job"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LightPaths:
-    """The light paths of some pixels, `spp` for each; path i belongs to pixel `first_pixel + i // spp`.
+    """Light paths of a scene, made by `fluorspar.trace`. They hold no spectrum: images of any wavelengths follow.
 
     Attributes
     ----------
-    first_pixel, pixels
-        Range of pixels, numbered row by row from the top left.
-    spp
-        Samples per pixel.
-    rr_depth
-        Vertex k (from 0) has a valid `survival` if k + 1 >= rr_depth.
-    segments
-        The beginning of all paths, then what goes on beyond `SLOTS` vertices, beyond 2 x `SLOTS`, ...
+    job : RenderJob
+        What was traced. Its grid is that of the images that ask for no other.
+    chunks : tuple of Chunk
+        The paths, run after run of pixels.
     """
 
-    first_pixel: int
-    pixels: int
-    spp: int
-    rr_depth: int
-    segments: tuple[Segment, ...]
+    job: RenderJob
+    chunks: tuple[Chunk, ...]
+
+    @property
+    def nbytes(self) -> int:
+        """Size in memory."""
+        return sum(chunk.log.nbytes for chunk in self.chunks)
+
+    def __repr__(self) -> str:
+        settings = self.job.scene.settings
+        samples = settings.width * settings.height * settings.spp
+        return (
+            f"<LightPaths of '{self.job.scene.name}': {settings.width} x {settings.height} pixels, "
+            f"{settings.spp} samples, seed {self.job.seed}; {self.nbytes / 2**20:.0f} MiB, "
+            f"{self.nbytes / samples:.0f} B a sample>"
+        )
+
+    def image(
+        self,
+        *,
+        wavelengths: Wavelengths | str | ArrayLike | None = None,
+        stokes: Stokes | None = None,
+        component_errors: bool | None = None,
+        threads: int | None = None,
+        output: str | os.PathLike[str] | None = None,
+        progress: Progress | None = None,
+    ) -> SpectralImage:
+        """Sweep the paths into an image; nothing is traced.
+
+        Parameters
+        ----------
+        wavelengths
+            Grid in nm, see `fluorspar.render`; default: that of the job. On another grid the image is as right, but
+            not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band.
+        stokes, component_errors, threads, output, progress
+            See `fluorspar.render`; default: as traced.
+
+        Returns
+        -------
+        SpectralImage
+            Without arguments the image of `fluorspar.render`, bit for bit.
+
+        Examples
+        --------
+        >>> import fluorspar
+        >>> paths = fluorspar.trace("cornell-box", size=(16, 16), spp=4)
+        >>> paths.image(wavelengths="400:700:100").wavelengths.tolist()
+        [400.0, 500.0, 600.0, 700.0]
+        """
+        asked = {"stokes": stokes, "component_errors": component_errors, "threads": threads}
+        if wavelengths is not None:
+            asked["grid"] = read_grid(wavelengths)
+        job = replace(self.job, **{name: value for name, value in asked.items() if value is not None})
+        return render_chunks(self.chunks, job, output=output, progress=progress)
+
+
+def trace_job(job: RenderJob, progress: Progress | None = None) -> LightPaths:
+    """Trace all light paths of a job and keep them.
+
+    Raises
+    ------
+    OptionError
+        If they do not fit into memory.
+    """
+    settings = job.scene.settings
+    kept: list[Chunk] = []
+    with closing(trace_chunks(job)) as chunks:
+        for chunk in chunks:
+            try:
+                kept.append(chunk.compact())
+            except MemoryError as err:
+                raise OptionError(
+                    message(
+                        "the light paths do not fit into memory",
+                        got=f"{settings.width} x {settings.height} pixels, {settings.spp} samples",
+                        fix="trace fewer samples or a smaller image, or render without keeping the paths",
+                    )
+                ) from err
+            if progress:
+                progress(chunk.first_pixel + chunk.pixels, settings.width * settings.height)
+    return LightPaths(job, tuple(kept))

@@ -1,7 +1,8 @@
 """Trace light paths with Mitsuba: geometry and visibility, no spectra.
 
 For matte surfaces directions are sampled from the cosine, whatever the wavelength, so one traced path serves
-all bands. The loop carries as little as it can (ray, depth, one throughput, the last vertex and pdf): a loop
+all bands. In the turn in which a path ends, its lane starts the next sample, so that lanes do not wait for the longest
+path among them. The loop carries as little as it can (ray, depth, one throughput, the last vertex and pdf): a loop
 that carries a whole surface interaction costs twice the time.
 """
 
@@ -15,7 +16,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.paths.light_paths import KILLED, SLOTS, TILE, LightPaths, Segment
+from fluorspar.paths.log import BLOCK, END, ENTRIES, Chunk, Log, lanes_per_pixel
 from fluorspar.paths.tracing.trace_scene import NO_ROW, TraceScene
 from fluorspar.scene.settings import UNLIMITED, Settings
 
@@ -24,17 +25,40 @@ __all__ = ["Tracer"]
 # Roulette survives with the throughput of the brightest band, within these bounds. The lower one keeps
 # paths unbiased if the spectra are changed after tracing.
 _SURVIVAL = (0.05, 0.95)
+# Entries that a strip has room for, a sample: at first, and at the most, which bounds memory. In between it follows
+# what the chunk before has needed.
+_ROOM, _MOST_ROOM = 10.0, 24.0
 
 
 @dataclass
-class _Started:
-    """A chunk whose first kernel was launched and may still be running."""
+class _Launch:
+    """Lanes of which each has a strip of `height` entries; they may still be running."""
 
+    lanes: int
+    height: int
+    log: dict[str, Any]
+    used: Any
+    state: dict[str, Any]
+
+
+@dataclass
+class _Spread:
+    """Where the scene's own sampler puts the camera rays of a chunk, for each path; see `Tracer._spread`."""
+
+    film: Any
+    time: Any
+    aperture: Any
+
+
+@dataclass
+class Started:
+    """A chunk whose tracing has begun."""
+
+    number: int
     first_pixel: int
     pixels: int
-    chunk: int
-    buffers: dict[str, Any]
-    state: dict[str, Any]
+    launch: _Launch
+    spread: _Spread | None
 
 
 class Tracer:
@@ -42,13 +66,13 @@ class Tracer:
 
     Parameters
     ----------
-    scene
+    scene : TraceScene
         Geometry with lights of unit spectrum.
-    settings
+    settings : Settings
         Size, samples and depths.
-    survival
-        (rows,) float: for each material row the throughput of a reflection, for Russian roulette.
-    seed
+    survival : ndarray of shape (rows,)
+        For each material row the throughput of a reflection, for Russian roulette.
+    seed : int
         Same seed, same paths, bit for bit, whatever the number of threads.
     """
 
@@ -64,23 +88,20 @@ class Tracer:
         self.light_of_emitter = mi.UInt32(scene.light_of_emitter)
         self.one_light = len(scene.light_of_emitter) == 0 or len(scene.mitsuba_scene.emitters()) == 1
         self.survival = mi.Float(np.asarray(survival, dtype=np.float32))
+        self._room = _ROOM
 
-    def start(self, chunk: int, first_pixel: int, pixels: int) -> _Started:
-        """Launch the tracing of `pixels` pixels from `first_pixel` on, without waiting for it."""
-        spp, width, height = self.settings.spp, self.settings.width, self.settings.height
-        count = pixels * spp
-        sampler = self.scene.sampler.clone()
-        sampler.set_samples_per_wavefront(spp)
-        sampler.seed(self._seed(chunk, 0), count)
-
-        path = dr.arange(mi.UInt32, count)
+    def start(self, number: int, first_pixel: int, pixels: int) -> Started:
+        """Launch the tracing of chunk `number`, `pixels` pixels from `first_pixel` on, without waiting for it."""
+        spp, parts = self.settings.spp, lanes_per_pixel(self.settings.spp)
+        lane = dr.arange(mi.UInt32, pixels * parts)
+        part = lane % parts
+        first = part * spp // parts
         # Opaque, here and for seeds: a number written into the kernel would mean a new kernel for each chunk.
-        pixel = path // spp + dr.opaque(mi.UInt32, first_pixel)
-        corner = mi.Point2f(pixel % width, pixel // width)
-        film = (corner + sampler.next_2d()) * mi.ScalarVector2f(1 / width, 1 / height)
-        time = sampler.next_1d() if self.scene.sensor.shutter_open_time() > 0 else mi.Float(0)
-        aperture = sampler.next_2d() if self.scene.sensor.needs_aperture_sample() else mi.Point2f(0.5)
-        ray, _ = self.scene.sensor.sample_ray(time, mi.Float(0), film, aperture)
+        pixel = lane // parts + dr.opaque(mi.UInt32, first_pixel)
+        sample = lane // parts * spp + first
+        rng = mi.PCG32(len(lane), *map(mi.UInt64, mi.sample_tea_32(lane, self._seed(number, 0))))
+        spread = self._spread(number, first_pixel, pixels)
+        ray = _camera_ray(self, spread, _two(rng), rng, pixel, sample, mi.Bool(True))
         state = {
             "o": mi.Point3f(ray.o),
             "d": mi.Vector3f(ray.d),
@@ -88,110 +109,145 @@ class Tracer:
             "pdf": mi.Float(0),
             "throughput": mi.Float(1),
             "depth": mi.UInt32(0),
+            "pixel": pixel,
+            "sample": sample,
+            "left": (part + 1) * spp // parts - first,
+            "state": rng.state,
+            "inc": rng.inc,
         }
-        if self.scene.sampler.class_name() != "IndependentSampler":
-            # The user's sampler spreads the rays of a pixel. Beyond, its dimensions may be correlated along a path,
-            # which biases long paths (ldsampler: by up to 0.8 %) and spoils the standard error.
-            sampler = mi.load_dict({"type": "independent"})
-            sampler.seed(self._seed(chunk, -1), count)
-        return _Started(first_pixel, pixels, chunk, *self._launch(path, sampler, state, count))
+        # Not left as constants, so that lanes that begin and lanes that go on run the same kernel.
+        dr.make_opaque(state)
+        height = int(np.ceil(self._room * -(-spp // parts)))
+        return Started(number, first_pixel, pixels, self._launch(state, height, spread), spread)
 
-    def finish(self, started: _Started) -> LightPaths:
-        """Wait for a chunk, follow the paths that did not end within their slots, and return them all."""
-        segments = []
-        buffers, state = started.buffers, started.state
-        while True:
-            going_on = dr.compress(mi.Bool(buffers["going_on"]))
-            n = len(going_on)
-            child = np.full(len(buffers["length"]), -1, dtype=np.int32)
-            if n:
-                child[going_on.numpy()] = np.arange(n, dtype=np.int32)
-            segments.append(_segment(buffers, child))
-            if n == 0:
-                break
-            state = {name: dr.gather(type(values), values, going_on) for name, values in state.items()}
-            sampler = mi.load_dict({"type": "independent"})
-            sampler.seed(self._seed(started.chunk, len(segments)), n)
-            buffers, state = self._launch(dr.arange(mi.UInt32, n), sampler, state, n)
-        return LightPaths(
-            started.first_pixel, started.pixels, self.settings.spp, self.settings.rr_depth, tuple(segments)
-        )
+    def finish(self, started: Started) -> Chunk:
+        """Wait for a chunk, let lanes go on that came to the end of their strip, and return the log of all."""
+        launches = [started.launch]
+        while len(going_on := dr.compress(launches[-1].state["left"] > 0)):
+            state = {
+                name: dr.gather(type(values), values, going_on)
+                for name, values in launches[-1].state.items()
+            }
+            dr.make_opaque(state)
+            launches.append(self._launch(state, started.launch.height, started.spread))
+        longest = started.launch.height if len(launches) > 1 else int(dr.max(started.launch.used)[0])
+        grown = 1.2 * longest * len(launches) / -(-self.settings.spp // lanes_per_pixel(self.settings.spp))
+        self._room = min(max(grown, 2.0), _MOST_ROOM)
+        return Chunk(started.first_pixel, started.pixels, self.settings.spp, _log(launches))
 
-    def _seed(self, chunk: int, segment: int) -> Any:
-        return dr.opaque(
-            mi.UInt32, int(np.random.SeedSequence((self.seed, chunk, segment + 1)).generate_state(1)[0])
-        )
-
-    def _launch(
-        self, path: Any, sampler: Any, state: dict[str, Any], count: int
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Allocate the records of one segment and launch the kernel that fills them."""
-        slots = -(-count // TILE) * TILE * SLOTS
-        lights = 1 if self.one_light else slots
-        buffers = {
-            "row": dr.empty(mi.UInt32, slots),
-            "direct": dr.empty(mi.Float, slots),
-            "direct_light": dr.empty(mi.UInt32, lights),
-            "sampled": dr.empty(mi.Float, slots),
-            "sampled_light": dr.empty(mi.UInt32, lights),
-            "survival": dr.empty(mi.Float, slots),
+    def _launch(self, state: dict[str, Any], height: int, spread: _Spread | None) -> _Launch:
+        """Allocate a strip for each lane and launch the kernel that fills them."""
+        lanes = len(state["left"])
+        entries = -(-lanes // BLOCK) * BLOCK * height
+        log = {
+            name: dr.empty(
+                mi.UInt32 if name in ("row", "sampled_light", "direct_light") else mi.Float,
+                1 if self.one_light and name.endswith("light") else entries,
+            )
+            for name in ENTRIES
         }
-        left = {name: dr.empty(type(values), count) for name, values in state.items()}
-        length, going_on = _trace(self, path, sampler, buffers, left, **state)
-        buffers["length"], buffers["going_on"] = mi.UInt8(length), going_on
-        dr.eval(buffers, left)
-        return buffers, left
+        used, left = _trace(self, spread, log, dr.opaque(mi.UInt32, height), **state)
+        dr.eval(log, used, left)
+        return _Launch(lanes, height, log, used, left)
+
+    def _spread(self, number: int, first_pixel: int, pixels: int) -> _Spread | None:
+        """Take the camera rays from the scene's sampler, if that spreads those of a pixel.
+
+        Beyond the camera all numbers are independent: the dimensions of other samplers may be correlated along a
+        path, which biases long paths (ldsampler: by up to 0.8 %) and spoils the standard error.
+        """
+        if self.scene.sampler.class_name() == "IndependentSampler":
+            return None
+        sampler = self.scene.sampler.clone()
+        sampler.set_samples_per_wavefront(self.settings.spp)
+        sampler.seed(self._seed(number, 1), pixels * self.settings.spp)
+        film = sampler.next_2d()
+        time = sampler.next_1d() if self.scene.sensor.shutter_open_time() > 0 else mi.Float(0)
+        aperture = sampler.next_2d() if self.scene.sensor.needs_aperture_sample() else mi.Point2f(0.5)
+        dr.eval(film, time, aperture)
+        return _Spread(film, time, aperture)
+
+    def _seed(self, chunk: int, use: int) -> Any:
+        return dr.opaque(mi.UInt32, int(np.random.SeedSequence((self.seed, chunk, use)).generate_state(1)[0]))
+
+
+def _two(rng: Any) -> Any:
+    return mi.Point2f(rng.next_float32(), rng.next_float32())
+
+
+def _camera_ray(
+    tracer: Tracer, spread: _Spread | None, u: Any, rng: Any, pixel: Any, sample: Any, active: Any
+) -> Any:
+    """The ray of a sample of a pixel: from the numbers `u` and, for more than that, `rng`, or as it was spread."""
+    sensor, settings = tracer.scene.sensor, tracer.settings
+    if spread is None:
+        place = u
+        time = rng.next_float32() if sensor.shutter_open_time() > 0 else mi.Float(0)
+        aperture = _two(rng) if sensor.needs_aperture_sample() else mi.Point2f(0.5)
+    else:
+        place, time, aperture = (
+            values if dr.width(values) == 1 else dr.gather(type(values), values, sample, active)
+            for values in (spread.film, spread.time, spread.aperture)
+        )
+    corner = mi.Point2f(pixel % settings.width, pixel // settings.width)
+    film = (corner + place) * mi.ScalarVector2f(1 / settings.width, 1 / settings.height)
+    return sensor.sample_ray(time, mi.Float(0), film, aperture)[0]
 
 
 @dr.syntax
 def _trace(
     tracer: Tracer,
-    path: Any,
-    sampler: Any,
-    buffers: dict[str, Any],
-    left: dict[str, Any],
+    spread: _Spread | None,
+    log: dict[str, Any],
+    height: Any,
     o: Any,
     d: Any,
     previous: Any,
     pdf: Any,
     throughput: Any,
     depth: Any,
-) -> tuple[Any, Any]:
-    """Follow each path through up to `SLOTS` vertices and record them.
+    pixel: Any,
+    sample: Any,
+    left: Any,
+    state: Any,
+    inc: Any,
+) -> tuple[Any, dict[str, Any]]:
+    """Let each lane trace its `left` samples, as far as its strip goes.
 
-    Returns the number of vertices recorded for each path and whether it goes on; where it does, its state
-    is put into `left`.
+    Returns the number of entries that each lane has used, and the state in which it stopped.
     """
     scene = tracer.scene.mitsuba_scene
     max_depth, rr_depth = tracer.settings.max_depth, tracer.settings.rr_depth
-    slot = (path // TILE) * (TILE * SLOTS) + path % TILE
-    length = mi.UInt32(0)
-    active = mi.Bool(True)
+    rng = mi.PCG32()
+    rng.state, rng.inc = state, inc
+    lane = dr.arange(mi.UInt32, dr.width(left))
+    slot = lane // BLOCK * (height * BLOCK) + lane % BLOCK
+    used = mi.UInt32(0)
 
-    while active & (length < SLOTS):
+    while (left > 0) & (used < height):
         ray = mi.Ray3f(o, d)
-        hit = scene.ray_intersect_preliminary(ray, coherent=depth == 0, active=active)
-        si = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal | mi.RayFlags.ShadingFrame, active)
+        hit = scene.ray_intersect_preliminary(ray, coherent=False)
+        si = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal | mi.RayFlags.ShadingFrame)
 
-        # Light that the sampled direction has reached; it belongs to the vertex before.
+        # Light that the ray has hit; it belongs to the vertex before.
         emitter = si.emitter(scene)
-        seen = active & (emitter != None)  # noqa: E711 (a comparison of each lane)
+        seen = emitter != None  # noqa: E711 (a comparison of each lane)
         origin = dr.zeros(mi.Interaction3f)
         origin.p = previous
         ds = mi.DirectionSample3f(scene, si, origin)
         pdf_direct = scene.pdf_emitter_direction(origin, ds, seen & (depth > 0))
         weight = dr.select(depth == 0, 1.0, _mis(pdf, pdf_direct))
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * weight, 0.0)
-        dr.scatter(buffers["sampled"], sampled, slot, active)
+        dr.scatter(log["sampled"], sampled, slot)
         if dr.hint(not tracer.one_light, mode="scalar"):
             light = dr.gather(
                 mi.UInt32, tracer.light_of_emitter, dr.reinterpret_array(mi.UInt32, emitter), seen
             )
-            dr.scatter(buffers["sampled_light"], light, slot, active)
+            dr.scatter(log["sampled_light"], light, slot)
 
         # The vertex: which material, and direct light by next-event estimation.
         side = dr.select(si.wi.z > 0, mi.UInt32(0), mi.UInt32(1))
-        active &= si.is_valid()
+        active = si.is_valid()
         shape = dr.reinterpret_array(mi.UInt32, si.shape)
         first = dr.gather(mi.UInt32, tracer.first_row_of_shape, shape, active)
         own = dr.gather(mi.UInt32, tracer.rows_per_primitive, shape, active)
@@ -199,53 +255,61 @@ def _trace(
         active &= row != NO_ROW
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth
-        ds, emitted = scene.sample_emitter_direction(si, sampler.next_2d(active), True, active)
+        ds, emitted = scene.sample_emitter_direction(si, _two(rng), False, active)
         cosine = dr.maximum(dr.dot(si.sh_frame.n, ds.d) * dr.sign(si.wi.z), 0.0)
         pdf_sampled = cosine * dr.inv_pi
         weight = dr.select(ds.delta, 1.0, _mis(ds.pdf, pdf_sampled))
-        direct = dr.select(ds.pdf > 0, emitted[0] * pdf_sampled * weight, 0.0)
-        dr.scatter(buffers["row"], row, slot, active)
-        dr.scatter(buffers["direct"], direct, slot, active)
+        direct = emitted[0] * pdf_sampled * weight
+        # Only now the shadow ray: much of the light comes from below the horizon or faces away.
+        lit = active & (ds.pdf > 0) & (direct > 0)
+        lit &= ~scene.ray_test(si.spawn_ray_to(ds.p), coherent=False, active=lit)
+        dr.scatter(log["row"], dr.select(active, row, END), slot)
+        dr.scatter(log["direct"], dr.select(lit, direct, 0.0), slot)
         if dr.hint(not tracer.one_light, mode="scalar"):
             light = dr.gather(
-                mi.UInt32,
-                tracer.light_of_emitter,
-                dr.reinterpret_array(mi.UInt32, ds.emitter),
-                active & (ds.pdf > 0),
+                mi.UInt32, tracer.light_of_emitter, dr.reinterpret_array(mi.UInt32, ds.emitter), lit
             )
-            dr.scatter(buffers["direct_light"], light, slot, active)
+            dr.scatter(log["direct_light"], light, slot)
 
         # The next direction, from the cosine; roulette decides before the ray is traced.
-        wo = mi.warp.square_to_cosine_hemisphere(sampler.next_2d(active))
+        u = _two(rng)
+        wo = mi.warp.square_to_cosine_hemisphere(u)
         pdf = wo.z * dr.inv_pi
         wo.z = dr.mulsign(wo.z, si.wi.z)
         throughput *= dr.gather(mi.Float, tracer.survival, row, active)
         roulette = depth + 1 >= rr_depth
         chance = dr.clip(throughput, *_SURVIVAL)
-        survives = ~roulette | (sampler.next_1d(active) < chance)
-        gain = dr.rcp(chance)
-        dr.scatter(buffers["survival"], dr.select(survives, gain, KILLED), slot, active & roulette)
-        throughput = dr.select(roulette, throughput * gain, throughput)
+        goes_on = active & (~roulette | (rng.next_float32() < chance))
+        gain = dr.select(roulette, dr.rcp(chance), 1.0)
+        dr.scatter(log["weight"], dr.select(goes_on, gain, 0.0), slot)
         spawned = si.spawn_ray(si.to_world(wo))
-        o = mi.Point3f(spawned.o)
-        d = mi.Vector3f(spawned.d)
+
+        # Where the path has ended, the next sample begins; the numbers `u` have served nothing then.
+        left = dr.select(goes_on, left, left - 1)
+        sample = dr.select(goes_on, sample, sample + 1)
+        fresh = _camera_ray(tracer, spread, u, rng, pixel, sample, ~goes_on & (left > 0))
+        o = dr.select(goes_on, mi.Point3f(spawned.o), mi.Point3f(fresh.o))
+        d = dr.select(goes_on, mi.Vector3f(spawned.d), mi.Vector3f(fresh.d))
+        throughput = dr.select(goes_on, throughput * gain, 1.0)
+        depth = dr.select(goes_on, depth + 1, 0)
         previous = mi.Point3f(si.p)
+        slot += BLOCK
+        used += 1
 
-        slot += TILE
-        length = dr.select(active, length + 1, length)
-        depth = dr.select(active, depth + 1, depth)
-        active &= survives
-
-    for name, values in (
-        ("o", o),
-        ("d", d),
-        ("previous", previous),
-        ("pdf", pdf),
-        ("throughput", throughput),
-        ("depth", depth),
-    ):
-        dr.scatter(left[name], values, path, active)
-    return length, active
+    stopped = {
+        "o": o,
+        "d": d,
+        "previous": previous,
+        "pdf": pdf,
+        "throughput": throughput,
+        "depth": depth,
+        "pixel": pixel,
+        "sample": sample,
+        "left": left,
+        "state": rng.state,
+        "inc": rng.inc,
+    }
+    return used, stopped
 
 
 def _mis(pdf: Any, other: Any) -> Any:
@@ -253,10 +317,24 @@ def _mis(pdf: Any, other: Any) -> Any:
     return dr.select(pdf > 0, dr.rcp(1 + dr.square(other / pdf)), 0.0)
 
 
-def _segment(buffers: dict[str, Any], child: NDArray[np.int32]) -> Segment:
-    """See the records as numpy arrays; copied only where they are on a GPU."""
-    views = {name: values.numpy() for name, values in buffers.items() if name != "going_on"}
-    for name in ("row", "direct", "sampled", "survival", "direct_light", "sampled_light"):
-        shape = (-1, SLOTS, TILE) if len(views[name]) > 1 else (1, 1, 1)
-        views[name] = views[name].reshape(shape)
-    return Segment(child=child, **views)
+def _log(launches: list[_Launch]) -> Log:
+    """Put launches behind one another; see them as numpy arrays, copied only from a GPU or if there are several."""
+    fields = {}
+    for name in ENTRIES:
+        parts = [launch.log.pop(name).numpy() for launch in launches]
+        parts = [part.reshape(-1, BLOCK) if len(part) > 1 else part[:0].reshape(0, BLOCK) for part in parts]
+        fields[name] = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    strips, goes_on, entry, slot = [], [], 0, 0
+    for launch in launches:
+        blocks = -(-launch.lanes // BLOCK)
+        used = np.zeros(blocks * BLOCK, dtype=np.int64)
+        used[: launch.lanes] = launch.used.numpy()
+        begin = entry + launch.height * np.arange(blocks)
+        strips.append(np.stack([begin, begin + used.reshape(blocks, BLOCK).max(axis=1)], axis=1))
+        entry += launch.height * blocks
+        slot += blocks * BLOCK
+        going_on = np.flatnonzero(launch.state["left"].numpy())
+        follow = np.full(blocks * BLOCK, -1, dtype=np.int32)
+        follow[going_on] = slot + np.arange(len(going_on))
+        goes_on.append(follow)
+    return Log(**fields, strips=np.concatenate(strips), goes_on=np.concatenate(goes_on))

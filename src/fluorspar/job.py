@@ -1,0 +1,188 @@
+"""`RenderJob`: one render as it was asked for, checked once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fluorspar.bispectral.donaldson import Stokes
+from fluorspar.bispectral.material import Material
+from fluorspar.errors import OptionError, message
+from fluorspar.image.stated import METHODS
+from fluorspar.scene.loading import load_scene
+from fluorspar.scene.scene import Scene
+from fluorspar.scene.settings import whole
+from fluorspar.scene.variants import TRACE_VARIANTS
+from fluorspar.spectral.wavelengths import Wavelengths
+from fluorspar.version import __version__
+
+__all__ = ["RenderJob", "read_grid"]
+
+LARGEST_SEED = 2**63 - 1  # what the attributes of a NetCDF file can hold
+
+
+@dataclass(frozen=True)
+class RenderJob:
+    """What to render, and how. It pickles: another process that finds the scene's files can render it.
+
+    Parameters
+    ----------
+    scene : Scene
+        With its size, samples and depths.
+    grid : Wavelengths
+        The N wavelengths of the image.
+    seed : int
+        Same seed, same image.
+    method : str
+        `"paths"` or `"staged"`.
+    stokes : str
+        `"half"` or `"strict"`, see `DonaldsonMatrix`.
+    component_errors : bool
+        Estimate a standard error for each component, not only for the total.
+    variant : str
+        `"llvm"` or `"cuda"`.
+    threads : int, optional
+        Default: all cores this process may use.
+    options : StagedOptions, optional
+        Options of the method: only the staged one has any.
+
+    Raises
+    ------
+    OptionError
+        If a value is out of range, or an option does not go with the method.
+
+    Examples
+    --------
+    >>> job = RenderJob(load_scene("cornell-box"), seed=7)
+    >>> job.attrs["method"], job.attrs["seed"]
+    ('paths', 7)
+    """
+
+    scene: Scene
+    grid: Wavelengths = field(default_factory=Wavelengths)
+    seed: int = 0
+    method: str = "paths"
+    stokes: Stokes = "half"
+    component_errors: bool = False
+    variant: str = "llvm"
+    threads: int | None = None
+    options: Any = None
+
+    def __post_init__(self) -> None:
+        _one_of("method", self.method, METHODS)
+        _one_of("variant", self.variant, tuple(TRACE_VARIANTS))
+        _one_of("Stokes rule", self.stokes, ("half", "strict"))
+        if self.method == "staged" and (self.component_errors or self.variant != "llvm"):
+            got = "component_errors" if self.component_errors else f"variant={self.variant!r}"
+            raise OptionError(
+                message("the staged method has no such option", got=got, expected="method='paths' with it")
+            )
+        if self.options is not None and self.method != "staged":
+            raise OptionError(
+                message(
+                    "options of the staged method are given",
+                    got=f"method={self.method!r}",
+                    expected="method='staged'",
+                )
+            )
+        object.__setattr__(self, "seed", whole("seed", self.seed))
+        if not 0 <= self.seed <= LARGEST_SEED:
+            fault = "the seed is negative" if self.seed < 0 else "the seed is too large"
+            raise OptionError(message(fault, got=self.seed, expected=f"0 to {LARGEST_SEED}"))
+        if self.threads is not None and whole("threads", self.threads) < 1:
+            raise OptionError(
+                message("the number of threads is out of range", got=self.threads, expected="1 or more")
+            )
+        if self.method == "paths":  # the staged method has a sampler of its own
+            object.__setattr__(self, "scene", self.scene.with_whole_samples())
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene | str | Path | dict[str, Any],
+        *,
+        materials: Mapping[str, str | Path | Material] | None = None,
+        wavelengths: Wavelengths | str | ArrayLike | None = None,
+        size: tuple[int, int] | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+        rr_depth: int | None = None,
+        **others: Any,
+    ) -> RenderJob:
+        """Read scene, grid and size in all the forms that `fluorspar.render` takes; see there."""
+        width, height = _pair(size)
+        grid = read_grid(wavelengths)
+        if not isinstance(scene, Scene):
+            scene = load_scene(scene, materials=materials)
+        elif materials:
+            raise OptionError(
+                message("materials come too late for a loaded scene", fix="give them to load_scene")
+            )
+        scene = scene.with_settings(
+            spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth
+        )
+        return cls(scene, grid, **others)
+
+    @property
+    def attrs(self) -> dict[str, Any]:
+        """What the image says about how it was made."""
+        settings = self.scene.settings
+        return {
+            "version": __version__,
+            "method": self.method,
+            "spp": settings.spp,
+            "seed": self.seed,
+            "max_depth": settings.max_depth,
+            "rr_depth": settings.rr_depth,
+            "stokes": self.stokes,
+            "scene": self.scene.name,
+            "parameters": dict(self.scene.parameters) or None,
+            "materials": {material.name: material.credit for material in self.scene.materials},
+        }
+
+
+def read_grid(wavelengths: Wavelengths | str | ArrayLike | None) -> Wavelengths:
+    """Read a wavelength grid: a `Wavelengths`, `"START:STOP:STEP"`, an array, or None for the default grid.
+
+    Raises
+    ------
+    SpectrumError
+        If it is not a grid.
+
+    Examples
+    --------
+    >>> read_grid("400:700:10") == read_grid(range(400, 701, 10))
+    True
+    """
+    if wavelengths is None:
+        return Wavelengths()
+    if isinstance(wavelengths, Wavelengths):
+        return wavelengths
+    if isinstance(wavelengths, str):
+        return Wavelengths.parse(wavelengths)
+    return Wavelengths.from_values(np.asarray(wavelengths, dtype=np.float64))
+
+
+def _one_of(what: str, value: object, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise OptionError(
+            message(f"there is no such {what}", got=repr(value), expected=f"one of {', '.join(known)}")
+        )
+
+
+def _pair(size: tuple[int, int] | None) -> tuple[int | None, int | None]:
+    """Read a size in pixels."""
+    if size is None:
+        return None, None
+    try:
+        width, height = size
+    except (TypeError, ValueError) as err:
+        raise OptionError(
+            message("the size is not readable", got=size, expected="(width, height) in pixels")
+        ) from err
+    return width, height

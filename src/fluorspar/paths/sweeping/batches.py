@@ -1,0 +1,105 @@
+"""Standard errors from batches: the samples of a pixel are divided into batches, whose means scatter.
+
+With n samples in batches of n_b samples and means m_b, the squared standard error of the mean m is
+
+    (sum n_b m_b^2 - n m^2) / (n (batches - 1))
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from fluorspar.image.components import COMPONENTS
+
+__all__ = ["COMPONENT_COUNT", "TOTAL", "batch_count", "count", "new_tally", "store"]
+
+COMPONENT_COUNT = len(COMPONENTS)
+TOTAL = COMPONENT_COUNT  # index behind the components, for the tally of the total
+_MOST_BATCHES = 32
+
+
+def batch_count(spp: int) -> int:
+    """Number of batches of samples from which standard errors are estimated.
+
+    Examples
+    --------
+    >>> batch_count(1024), batch_count(20), batch_count(4)
+    (32, 20, 4)
+    """
+    return min(spp, _MOST_BATCHES)
+
+
+class Tally(NamedTuple):
+    """Batch means of the components and, last, of the total: weighted sums and squares of their distance to `pivot`.
+
+    Counted from the mean of the first batch, because in single precision the difference of two large sums would be
+    noise. All of shape (8, B).
+    """
+
+    pivot: Any
+    sums: Any
+    squares: Any
+
+
+@numba.njit(inline="always")
+def new_tally(width: int) -> Any:
+    return Tally(
+        np.zeros((COMPONENT_COUNT + 1, width), dtype=np.float32),
+        np.zeros((COMPONENT_COUNT + 1, width), dtype=np.float32),
+        np.zeros((COMPONENT_COUNT + 1, width), dtype=np.float32),
+    )
+
+
+@numba.njit(inline="always")
+def count(tally: Any, at: int, total: Any, size: int, b: int, width: int) -> None:
+    """Count in the sum `total` over the `size` samples of batch `b`; batch 0 begins anew."""
+    n = np.float32(size)
+    per_sample = np.float32(1) / n
+    if b == 0:
+        for j in range(width):
+            tally.pivot[at, j] = per_sample * total[j]
+            tally.sums[at, j] = 0
+            tally.squares[at, j] = 0
+    else:
+        for j in range(width):
+            difference = per_sample * total[j] - tally.pivot[at, j]
+            tally.sums[at, j] += n * difference
+            tally.squares[at, j] += n * difference * difference
+
+
+@numba.njit(inline="always")
+def store(
+    p: int,
+    y: Any,
+    tally: Any,
+    spp: int,
+    batches: int,
+    component_errors: bool,
+    radiance: Any,
+    error: Any,
+    errors: Any,
+) -> None:
+    """Write the means and standard errors of pixel `p`."""
+    bands = radiance.shape[2]
+    scale = np.float32(1) / np.float32(spp)
+    freedom = np.float32(spp) * np.float32(batches - 1)
+    for c in range(COMPONENT_COUNT):
+        for j in range(bands):
+            radiance[c, p, j] = scale * y[c, j]
+    for j in range(bands):
+        error[p, j] = _error(tally.sums[TOTAL, j], tally.squares[TOTAL, j], scale, freedom)
+    if component_errors:
+        for c in range(COMPONENT_COUNT):
+            for j in range(bands):
+                errors[c, p, j] = _error(tally.sums[c, j], tally.squares[c, j], scale, freedom)
+
+
+@numba.njit(inline="always")
+def _error(total: Any, squares: Any, scale: Any, freedom: Any) -> Any:
+    """Standard error of a mean from its batches; NaN of a single one."""
+    if freedom <= 0:
+        return np.float32(np.nan)
+    return np.sqrt(max(squares - scale * total * total, np.float32(0)) / freedom)
