@@ -13,9 +13,7 @@ import numpy as np
 
 from fluorspar.paths.sweeping.luminesce import luminesce
 
-__all__ = ["add_source", "close_batch", "close_pixel", "collect", "flush", "new_pixel", "with_room"]
-
-_FEW = 4  # material rows of a pixel that there is room for at first
+__all__ = ["add_source", "close_batch", "close_pixel", "collect", "flush", "new_pixel"]
 
 
 class Pixel(NamedTuple):
@@ -58,42 +56,22 @@ class Pixel(NamedTuple):
 
 
 @numba.njit(inline="always")
-def new_pixel(rows: int, width: int) -> Any:
+def new_pixel(rows: int, places: int, width: int) -> Any:
+    """Room for so many of the material rows."""
     return Pixel(
         np.full(rows, -1, dtype=np.int32),
-        np.zeros(_FEW, dtype=np.int64),
-        np.zeros((_FEW, 4, width), dtype=np.float32),
-        np.zeros((_FEW, 4, width), dtype=np.float64),
-        np.zeros((_FEW, 4, width), dtype=np.float32),
-        np.zeros((_FEW, width), dtype=np.float32),
-        np.zeros(_FEW, dtype=np.float32),
-        np.zeros(_FEW, dtype=np.bool_),
+        np.zeros(places, dtype=np.int64),
+        np.zeros((places, 4, width), dtype=np.float32),
+        np.zeros((places, 4, width), dtype=np.float64),
+        np.zeros((places, 4, width), dtype=np.float32),
+        np.zeros((places, width), dtype=np.float32),
+        np.zeros(places, dtype=np.float32),
+        np.zeros(places, dtype=np.bool_),
         np.zeros(width, dtype=np.float32),
         np.zeros(width, dtype=np.float32),
         np.zeros(width, dtype=np.float32),
         np.zeros(width, dtype=np.float32),
     )
-
-
-@numba.njit(inline="always")
-def with_room(pixel: Any, seen: int) -> Any:
-    """Make room for one more row than the `seen` ones, if there is none."""
-    if seen == len(pixel.row):
-        pixel = Pixel(
-            pixel.place,
-            np.concatenate((pixel.row, np.zeros_like(pixel.row))),
-            np.concatenate((pixel.sums, np.zeros_like(pixel.sums))),
-            np.concatenate((pixel.exact, np.zeros_like(pixel.exact))),
-            np.concatenate((pixel.before, np.zeros_like(pixel.before))),
-            np.concatenate((pixel.batch, np.zeros_like(pixel.batch))),
-            np.concatenate((pixel.direct, np.zeros_like(pixel.direct))),
-            np.concatenate((pixel.in_batch, np.zeros_like(pixel.in_batch))),
-            pixel.source,
-            pixel.batch_source,
-            pixel.light,
-            pixel.glow,
-        )
-    return pixel
 
 
 @numba.njit(inline="always")

@@ -30,12 +30,12 @@ from fluorspar.paths.sweeping.camera_vertex import (
     collect,
     flush,
     new_pixel,
-    with_room,
 )
 from fluorspar.paths.sweeping.propagate import new_path, propagate, read_path
 
 __all__ = ["compiled"]
 
+_VERTICES = 32  # of a path that there is room for, for each material row of a pixel that there is room for
 _FLUSH = 256  # samples that are summed in single precision
 
 # Sums may be reordered for SIMD; NaN and infinity keep their meaning.
@@ -43,20 +43,20 @@ _FAST = {"reassoc", "contract", "nsz", "arcp"}
 
 
 @cache
-def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..., None]:
+def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..., int]:
     """Compile the sweep for a padded number of bands; compiled code is kept on disk.
 
     The function returned takes a range of pixels of a chunk, its samples, lanes per pixel and batches, the log (see
     `Log`, its entries flat), the `SpectralTables`, and the arrays (7, P, N), (P, N) and (7, P, N) or (7, 0, N) in which
-    pixel 0 of the chunk is pixel `at`.
+    pixel 0 of the chunk is pixel `at`. It returns the pixel that it did not do for lack of room, `stop` if it did all.
     """
     version = _version()
 
     @numba.njit(nogil=True, fastmath=_FAST, cache=True)
-    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at):  # type: ignore[no-untyped-def]
+    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, room):  # type: ignore[no-untyped-def]
         _ = version  # a captured value is part of the key under which Numba keeps compiled code
-        path = new_path(width)
-        pixel = new_pixel(tables.reflectance.shape[0], width)
+        path = new_path(_VERTICES * room, width)
+        pixel = new_pixel(tables.reflectance.shape[0], room, width)
         tally = new_tally(width)
         y = np.zeros((COMPONENT_COUNT, width), dtype=np.float32)
         total = np.zeros(width, dtype=np.float32)
@@ -76,7 +76,9 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                         entry = np.int64(log.strips[slot // BLOCK, 0])
                         part += 1
                         next_part = part * spp // parts
-                    path, n, source, light, slot, entry = read_path(log, slot, entry, path, one_light)
+                    n, source, light, slot, entry = read_path(log, slot, entry, path, one_light)
+                    if n < 0:
+                        return p
                     if source > 0:
                         add_source(pixel, source, light, tables.lights, width)
                     if n > 0:
@@ -84,7 +86,8 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                         row = path.vertex[0, 0]
                         place = np.int64(pixel.place[row])
                         if place < 0:
-                            pixel = with_room(pixel, seen)
+                            if seen == room:
+                                return p
                             place = np.int64(seen)
                             pixel.place[row] = seen
                             pixel.row[seen] = row
@@ -100,6 +103,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                     flushed = end
             close_pixel(pixel, seen, y, tables, flushed > 0, width)
             store(at + p, y, tally, spp, batches, component_errors, radiance, error, errors)
+        return stop
 
     return kernel  # type: ignore[no-any-return]
 

@@ -29,10 +29,11 @@ class Path(NamedTuple):
 
 
 @numba.njit(inline="always")
-def new_path(width: int) -> Any:
+def new_path(room: int, width: int) -> Any:
+    """Room for a path of so many vertices."""
     return Path(
-        np.zeros((64, 3), dtype=np.int64),
-        np.zeros((64, 3), dtype=np.float32),
+        np.zeros((room, 3), dtype=np.int64),
+        np.zeros((room, 3), dtype=np.float32),
         np.zeros(width, dtype=np.float32),
         np.zeros(width, dtype=np.float32),
         np.zeros(width, dtype=np.float32),
@@ -41,21 +42,11 @@ def new_path(width: int) -> Any:
 
 
 @numba.njit(inline="always")
-def _with_twice_the_room(path: Any) -> Any:
-    room = len(path.vertex)
-    vertex = np.zeros((2 * room, 3), dtype=np.int64)
-    weight = np.zeros((2 * room, 3), dtype=np.float32)
-    vertex[:room] = path.vertex
-    weight[:room] = path.weight
-    return Path(vertex, weight, path.R, path.F, path.G, path.FG)
-
-
-@numba.njit(inline="always")
 def read_path(log: Any, slot: int, entry: int, path: Any, one_light: bool) -> Any:
     """Read the path that begins at an entry of a slot.
 
-    Returns the path, its number of vertices, the weight of light seen directly and its light row, and the slot and
-    the entry at which the lane's next path begins.
+    Returns the number of vertices, -1 if there is no room for them; the weight of light seen directly and its light
+    row; and the slot and the entry at which the lane's next path begins.
     """
     n = 0
     source = np.float32(0)
@@ -82,7 +73,8 @@ def read_path(log: Any, slot: int, entry: int, path: Any, one_light: bool) -> An
             break
         f = log.weight[i]
         if n == len(path.vertex):
-            path = _with_twice_the_room(path)
+            n = -1
+            break
         path.vertex[n, 0] = row
         path.weight[n, 0] = log.direct[i]
         path.weight[n, 1] = 0
@@ -93,7 +85,7 @@ def read_path(log: Any, slot: int, entry: int, path: Any, one_light: bool) -> An
         n += 1
         if f == 0:
             break
-    return path, n, source, source_light, slot, entry
+    return n, source, source_light, slot, entry
 
 
 @numba.njit(inline="always")

@@ -31,6 +31,7 @@ from fluorspar.paths.sweeping.spectral_tables import SpectralTables
 __all__ = ["sweep"]
 
 _TASKS = 16  # pixel ranges a chunk is divided into; more than cores, so that none waits long
+_ROOM = 8  # material rows of a pixel that there is room for at first
 
 
 def sweep(chunk: Chunk, tables: SpectralTables, pool: Executor, out: Pixels, at: int = 0) -> None:
@@ -53,24 +54,16 @@ def sweep(chunk: Chunk, tables: SpectralTables, pool: Executor, out: Pixels, at:
     kernel = compiled(tables.reflectance.shape[1], len(log.direct_light) == 0, component_errors)
     flat = log._replace(**{name: getattr(log, name).reshape(-1) for name in ENTRIES})
     errors = out.component_standard_error if component_errors else out.radiance[:, :0]
-    edges = np.linspace(0, chunk.pixels, _TASKS + 1).astype(int)
-    tasks = [
-        pool.submit(
-            kernel,
-            int(first),
-            int(stop),
-            chunk.spp,
-            lanes_per_pixel(chunk.spp),
-            batch_count(chunk.spp),
-            flat,
-            tables,
-            out.radiance,
-            out.standard_error,
-            errors,
-            at,
-        )
-        for first, stop in pairwise(edges)
-        if first < stop
-    ]
-    for task in tasks:
+
+    def run(first: int, stop: int) -> None:
+        samples = chunk.spp, lanes_per_pixel(chunk.spp), batch_count(chunk.spp)
+        room = _ROOM
+        while first < stop:
+            first = kernel(
+                first, stop, *samples, flat, tables, out.radiance, out.standard_error, errors, at, room
+            )
+            room *= 2  # for a pixel that sees more rows, or a path that is longer
+
+    edges = np.linspace(0, chunk.pixels, _TASKS + 1).astype(int).tolist()
+    for task in [pool.submit(run, first, stop) for first, stop in pairwise(edges)]:
         task.result()
