@@ -21,12 +21,12 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 import fluorspar
+from fluorspar.rendering import render
 from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.equations import relative_rmse
 from fluorspar.staged.options import StagedOptions
-from fluorspar.staged.procedure import render_staged
 from fluorspar.staged.renderers.mitsuba.renderer import MitsubaRenderer
 
 BLOCK, MARGIN = 16, 8
@@ -114,14 +114,18 @@ def main() -> None:
             patch_samples=samples,
         )
         began = time.perf_counter()
-        staged = render_staged(scene, grid, seed=2, options=options)
+        staged = render(scene, wavelengths=grid, method="staged", seed=2, staged=options)
         seconds = time.perf_counter() - began
         image = staged.component(name).values.astype(float)
         error = blocks(image, valid)[:, band] / expected - 1
         both = [x.total(single_bounce=True).values.astype(float) for x in (staged, paths)]
         whole = blocks(both[0], valid)[:, band].mean() / blocks(both[1], valid)[:, band].mean() - 1
         step = ""
-        one = render_staged(alone, grid, seed=2, options=options).component(name).values.astype(float)
+        one = (
+            render(alone, wavelengths=grid, method="staged", seed=2, staged=options)
+            .component(name)
+            .values.astype(float)
+        )
         if before is not None:
             by_block = relative_rmse(blocks(before, valid), blocks(one, valid))
             step = f"{by_block:.4f} (blocks), {relative_rmse(before[valid], one[valid]):.4f} (pixels)"

@@ -18,10 +18,10 @@ import numpy as np
 
 import fluorspar
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.rendering import render
 from fluorspar.scene.loading import load_scene
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.options import StagedOptions
-from fluorspar.staged.procedure import render_staged
 from fluorspar.staged.timings import timing_table
 
 
@@ -55,9 +55,9 @@ def main() -> None:
 
     options = StagedOptions(emitters=args.emitters)
     small = scene.with_settings(width=8, height=8)
-    render_staged(small, Wavelengths(400, 700, 100), options=options)  # compiles
+    render(small, wavelengths=Wavelengths(400, 700, 100), method="staged", staged=options)  # compiles
     began = time.perf_counter()
-    staged = render_staged(scene, grid, seed=1, options=options)
+    staged = render(scene, wavelengths=grid, method="staged", seed=1, staged=options)
     staged_seconds = time.perf_counter() - began
 
     paths_error, staged_error = (

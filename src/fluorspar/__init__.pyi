@@ -9,7 +9,9 @@ from .bispectral.material import Fluorophore as Fluorophore
 from .bispectral.material import Material as Material
 from .image.components import COMPONENTS as COMPONENTS
 from .image.spectral_image import SpectralImage as SpectralImage
+from .paths.light_paths import LightPaths as LightPaths
 from .rendering import render as render
+from .rendering import trace as trace
 from .scene.loading import load_scene as load_scene
 from .scene.plugin import register_plugins as register_plugins
 from .scene.scene import Scene as Scene

@@ -117,7 +117,9 @@ def render(
     if renderer is not None and method != "staged":
         raise OptionError(
             message(
-                "a renderer for the staged method is given", got=f"method={method!r}", expected="method='staged'"
+                "a renderer for the staged method is given",
+                got=f"method={method!r}",
+                expected="method='staged'",
             )
         )
     if output is not None and Path(output).suffix.lower() != ".nc":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,10 @@ from fluorspar import (
     Wavelengths,
     load_scene,
     render,
+    trace,
 )
 from fluorspar.errors import FluorsparWarning, OptionError
-from fluorspar.paths.light_paths import SLOTS, LightPaths
-from fluorspar.paths.tracing.trace_scene import build_trace_scene
+from fluorspar.paths.log import BLOCK, END, Chunk, lanes_per_pixel
 from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
 GRID = Wavelengths(400, 700, 20)
@@ -48,13 +49,36 @@ def furnace(
     return load_scene(folder / "scene.xml", materials={"cavity": DYE})
 
 
-def traced(scene: Scene, seed: int = 0) -> LightPaths:
+def traced(scene: Scene, seed: int = 0) -> Chunk:
     with use_variant(TRACE_VARIANTS["llvm"]):
+        from fluorspar.paths.tracing.trace_scene import build_trace_scene
         from fluorspar.paths.tracing.tracer import Tracer
 
         tracer = Tracer(build_trace_scene(scene), scene.settings, np.full(len(scene.materials), 0.5), seed)
         pixels = scene.settings.width * scene.settings.height
         return tracer.finish(tracer.start(0, 0, pixels))
+
+
+def vertices_of(chunk: Chunk) -> list[int]:
+    """Number of vertices of each path in the log, pixel after pixel."""
+    log, parts = chunk.log, lanes_per_pixel(chunk.spp)
+    numbers = []
+    for lane in range(chunk.pixels * parts):
+        part = lane % parts
+        slot, entry = lane, log.strips[lane // BLOCK, 0]
+        for _ in range((part + 1) * chunk.spp // parts - part * chunk.spp // parts):
+            vertices, weight = 0, 1.0
+            while weight:
+                if entry == log.strips[slot // BLOCK, 1]:
+                    slot = log.goes_on[slot]
+                    entry = log.strips[slot // BLOCK, 0]
+                surface = log.row[entry, slot % BLOCK] != END
+                vertices += surface
+                weight = log.weight[entry, slot % BLOCK] if surface else 0.0
+                entry += 1
+            numbers.append(int(vertices))
+        assert log.goes_on[slot] == -1
+    return numbers
 
 
 class TestDepth:
@@ -71,24 +95,16 @@ class TestDepth:
         image = render(furnace(tmp_path, max_depth=max_depth, rr_depth=100), wavelengths=GRID)
         assert {name for name in COMPONENTS if image.component(name).values.any()} == present
 
-    @pytest.mark.parametrize("max_depth", [1, 2, 3, 5, SLOTS, SLOTS + 1, SLOTS + 2, 2 * SLOTS + 1, 100])
-    def test_number_of_vertices(self, max_depth: int, tmp_path: Path) -> None:
-        """Without roulette every path in a closed room has max_depth - 1 vertices, over as many records as
-        it takes."""
-        paths = traced(furnace(tmp_path, width=3, height=3, spp=5, max_depth=max_depth, rr_depth=1000))
-        vertices = np.zeros(45, dtype=int)
-        index = np.arange(45)
-        for segment in paths.segments:
-            vertices[index] += segment.length
-            going_on = segment.child[: len(index)] >= 0
-            index = index[going_on]
-        assert (vertices == max_depth - 1).all()
+    @pytest.mark.parametrize("spp", [5, 70])
+    @pytest.mark.parametrize("max_depth", [1, 2, 3, 10, 11, 23, 24, 25, 49, 100])
+    def test_number_of_vertices(self, max_depth: int, spp: int, tmp_path: Path) -> None:
+        """Without roulette every path in a closed room has max_depth - 1 vertices, over as many strips as it takes."""
+        chunk = traced(furnace(tmp_path, width=3, height=3, spp=spp, max_depth=max_depth, rr_depth=1000))
+        assert vertices_of(chunk) == [max_depth - 1] * 9 * spp
 
     def test_roulette_begins_at_its_depth(self, tmp_path: Path) -> None:
-        """Survival is recorded from vertex rr_depth - 1 on; 0.5 per vertex: half of the paths end each
-        time."""
-        paths = traced(furnace(tmp_path, width=32, height=32, spp=16, rr_depth=4))
-        length = paths.segments[0].length
+        """With 0.5 per vertex half of the paths end each time, from vertex rr_depth - 1 on."""
+        length = np.array(vertices_of(traced(furnace(tmp_path, width=32, height=32, spp=16, rr_depth=4))))
         assert length.min() == 4
         assert (length == 4).mean() == pytest.approx(1 - 0.5**4, abs=0.01)
         assert (length[length > 4] == 5).mean() == pytest.approx(0.5, abs=0.05)
@@ -174,6 +190,96 @@ class TestPixels:
         assert values.std() > 0.01
         # 18 pairs: a correlation of 0.8 is beyond chance (p < 1e-4), and the same noise has 1
         assert abs(np.corrcoef(values[:3].ravel(), values[3:].ravel())[0, 1]) < 0.8
+
+
+class TestLanes:
+    """Lanes trace sample after sample, in strips of a height that must not matter."""
+
+    @pytest.mark.parametrize(
+        "sampler", ["independent", "stratified", "multijitter", "orthogonal", "ldsampler"]
+    )
+    @pytest.mark.parametrize("room", [0.2, 1.0, 3.0])
+    def test_the_height_of_strips_does_not_matter(
+        self, room: float, sampler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        furnace(tmp_path, spp=25 if sampler == "orthogonal" else 16)
+        xml = (tmp_path / "scene.xml").read_text()
+        (tmp_path / "scene.xml").write_text(xml.replace('"independent"', f'"{sampler}"'))
+        scene = load_scene(tmp_path / "scene.xml", materials={"cavity": DYE})
+        whole = render(scene, wavelengths=GRID)
+        tracer = "fluorspar.paths.tracing.tracer."
+        monkeypatch.setattr(tracer + "_ROOM", room)
+        monkeypatch.setattr(tracer + "_MOST_ROOM", room)
+        assert np.array_equal(whole.total().values, render(scene, wavelengths=GRID).total().values)
+
+    def test_samplers_spread_the_rays_of_a_pixel(self, tmp_path: Path) -> None:
+        """A black and white edge through the middle of a pixel: 16 stratified samples see 8 of each, exactly."""
+        (tmp_path / "scene.xml").write_text(
+            """<scene version="3.0.0"> <sensor type="orthographic"> <transform name="to_world">
+            <lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/> </transform> <film type="hdrfilm">
+            <integer name="width" value="1"/> <integer name="height" value="1"/> <rfilter type="box"/> </film>
+            <sampler type="stratified"> <integer name="sample_count" value="16"/> </sampler> </sensor>
+            <shape type="rectangle"> <transform name="to_world"> <translate x="1"/> </transform>
+            <emitter type="area"> <spectrum name="radiance" value="1"/> </emitter> </shape> </scene>"""
+        )
+        for seed in range(5):
+            image = render(tmp_path / "scene.xml", wavelengths=GRID, seed=seed)
+            assert (image.total().values == 0.5).all()
+
+
+class TestLightPaths:
+    """Light paths that are kept give the images of `render` and others."""
+
+    def test_the_image_of_render(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
+        options: dict[str, Any] = {"spp": 20, "seed": 4, "wavelengths": GRID}
+        calls: list[tuple[int, int]] = []
+        paths = trace(furnace(tmp_path), **options, progress=lambda *done: calls.append(done))
+        assert [done for done, _ in calls] == [*range(8, 63, 8), 63]
+        image = paths.image(component_errors=True)
+        expected = render(furnace(tmp_path), **options, component_errors=True)
+        for name in ("radiance", "standard_error", "component_standard_error"):
+            assert np.array_equal(image.dataset[name].values, expected.dataset[name].values), name
+        without = {"timings"}
+        assert {k: v for k, v in image.attrs.items() if k not in without} == {
+            k: v for k, v in expected.attrs.items() if k not in without
+        }
+
+    def test_another_grid(self, tmp_path: Path) -> None:
+        """The paths hold no wavelength: bands that both grids have reflect alike."""
+        paths = trace(furnace(tmp_path), wavelengths=GRID)
+        coarse, fine = paths.image(wavelengths="400:700:100"), paths.image()
+        assert coarse.dataset.sizes["wavelength"] == 4
+        reflected = fine.component("indirect_reflection").values[..., ::5]
+        np.testing.assert_allclose(reflected, coarse.component("indirect_reflection").values, rtol=1e-5)
+
+    def test_options_of_the_image(self, tmp_path: Path) -> None:
+        paths = trace(furnace(tmp_path), wavelengths=GRID)
+        with paths.image(stokes="strict", output=tmp_path / "a.nc") as image:
+            assert image.attrs["stokes"] == "strict"
+            assert np.array_equal(
+                image.total().values,
+                render(furnace(tmp_path), wavelengths=GRID, stokes="strict").total().values,
+            )
+        with pytest.raises(OptionError, match="Stokes"):
+            paths.image(stokes="loose")  # type: ignore[arg-type]
+
+    def test_it_says_what_it_is(self, tmp_path: Path) -> None:
+        paths = trace(furnace(tmp_path), wavelengths=GRID, seed=3)
+        assert "9 x 7 pixels, 16 samples, seed 3" in repr(paths)
+        assert paths.nbytes > 63 * 16 * 16
+
+    def test_rows_of_its_own(self, tmp_path: Path) -> None:
+        """A chunk may bring materials along: rows behind the scene's, here one of the same dye in place of row 0."""
+        paths = trace(furnace(tmp_path), wavelengths=GRID)
+        (chunk,) = paths.chunks
+        behind = len(paths.job.scene.materials)
+        row = np.where(chunk.log.row == 0, np.uint32(behind), chunk.log.row)
+        own = replace(chunk, log=chunk.log._replace(row=row), materials=(DYE,))
+        moved = replace(paths, chunks=(own,))
+        assert np.array_equal(moved.image().total().values, paths.image().total().values)
+        darker = replace(own, materials=(replace(DYE, reflectance=Spectrum.constant(0.4)),))
+        assert (replace(paths, chunks=(darker,)).image().total().values < paths.image().total().values).all()
 
 
 class TestErrors:

@@ -14,6 +14,7 @@ from scipy.ndimage import binary_erosion, median_filter
 from floor_scene import DYE, GRID, QUICK, floor_under
 from fluorspar.errors import ApproximationWarning, FluorsparWarning, ImageError
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.rendering import render
 from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.variants import use_variant
@@ -21,7 +22,6 @@ from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.staged.emission import emitter_arrays, patch_illumination, refine
 from fluorspar.staged.imaging import band_groups, plan_samples
 from fluorspar.staged.options import StagedOptions
-from fluorspar.staged.procedure import render_staged
 from fluorspar.staged.renderers.mitsuba.renderer import MitsubaRenderer
 from fluorspar.staged.timings import timing_table
 
@@ -124,7 +124,7 @@ def test_intermediate_images_are_kept(tmp_path: Path):
     kept = StagedOptions(
         emitters=2, repeats=1, patch_samples=16, keep_intermediate=tmp_path / "kept", bounces=2
     )
-    image = render_staged(scene, GRID, options=kept)
+    image = render(scene, wavelengths=GRID, method="staged", staged=kept)
     names = {path.name for path in (tmp_path / "kept").iterdir()}
     for wall, paint in (("left-wall", "poster-red"), ("right-wall", "poster-green")):
         for name in (f"E_D-{paint}", f"E_I-{paint}", f"emitters-{wall}", f"emitters-2-{wall}"):
@@ -146,8 +146,13 @@ def test_same_seed_same_image_and_timings_relative_to_component_1():
     options = StagedOptions(emitters=2, repeats=2, patch_samples=16)
     calls = []
     one, two = (
-        render_staged(
-            scene, GRID, seed=7, options=options, progress=lambda done, every: calls.append((done, every))
+        render(
+            scene,
+            wavelengths=GRID,
+            method="staged",
+            seed=7,
+            staged=options,
+            progress=lambda done, every: calls.append((done, every)),
         )
         for _ in range(2)
     )
@@ -165,7 +170,7 @@ def test_same_seed_same_image_and_timings_relative_to_component_1():
 def test_the_total_of_the_timings_is_the_time_that_passed():
     scene = load_scene("cornell-box").with_settings(width=8, height=8, spp=4)
     began = time.perf_counter()
-    timings = render_staged(scene, GRID, options=QUICK).attrs["timings"]
+    timings = render(scene, wavelengths=GRID, method="staged", staged=QUICK).attrs["timings"]
     wall = time.perf_counter() - began
     rows = sum(value for name, value in timings.items() if name not in ("total", "component 1, seconds"))
     assert rows == pytest.approx(timings["total"], abs=1e-3)
@@ -179,7 +184,13 @@ def test_progress_advances_while_emitters_are_subdivided_and_lit():
     calls: list[tuple[int, int]] = []
     options = replace(QUICK, tolerance=0.5, bounces=2)
     scene = floor_under(spot(0.7, 0.7, 0.3))
-    render_staged(scene, GRID, options=options, progress=lambda done, every: calls.append((done, every)))
+    render(
+        scene,
+        wavelengths=GRID,
+        method="staged",
+        staged=options,
+        progress=lambda done, every: calls.append((done, every)),
+    )
     assert [done for done, _ in calls] == [*range(1, len(calls) + 1)]
     assert all(done <= every for done, every in calls)
     assert calls[-1] == (len(calls), len(calls))
@@ -195,10 +206,10 @@ def test_an_interrupted_render_says_that_it_is_partial():
             raise KeyboardInterrupt
 
     with pytest.warns(FluorsparWarning, match="interrupted: 2 of 4 repeats"):
-        image = render_staged(scene, GRID, options=options, progress=stop)
+        image = render(scene, wavelengths=GRID, method="staged", staged=options, progress=stop)
     assert image.attrs["partial"] == 1
     assert image.attrs["repeats"] == 2
-    assert "partial" not in render_staged(scene, GRID, options=options).attrs
+    assert "partial" not in render(scene, wavelengths=GRID, method="staged", staged=options).attrs
 
 
 def test_materials_of_one_name_have_files_of_their_own(tmp_path: Path):
@@ -210,7 +221,7 @@ def test_materials_of_one_name_have_files_of_their_own(tmp_path: Path):
         wall=wall,
         materials={"wall": twin},
     )
-    render_staged(scene, GRID, options=replace(QUICK, keep_intermediate=str(tmp_path)))
+    render(scene, wavelengths=GRID, method="staged", staged=replace(QUICK, keep_intermediate=str(tmp_path)))
     assert {"E_D-dye.nc", "E_D-dye-2.nc", "E_I-dye.png", "E_I-dye-2.png"} <= set(os.listdir(tmp_path))
 
 
@@ -219,14 +230,14 @@ def test_intermediate_files_that_cannot_be_written_are_told_of(tmp_path: Path):
     (tmp_path / "L_F-floor.nc").mkdir()
     scene = floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}})
     with pytest.raises(ImageError, match="L_F-floor"):
-        render_staged(scene, GRID, options=replace(QUICK, keep_intermediate=tmp_path))
+        render(scene, wavelengths=GRID, method="staged", staged=replace(QUICK, keep_intermediate=tmp_path))
     assert not [name for name in os.listdir(tmp_path) if name.endswith(".tmp")]
 
 
 def shown_by(scene: Scene, folder: Path, wall: str, **options) -> np.ndarray:
     """What the emitters of one wall show, ndarray of shape (Y, X, N)."""
     chosen = StagedOptions(repeats=1, emitters=2, patch_samples=64, keep_intermediate=folder, **options)
-    render_staged(scene, GRID, options=chosen)
+    render(scene, wavelengths=GRID, method="staged", staged=chosen)
     with SpectralImage.open(folder / f"emitters-{wall}.nc") as image:
         return image.component("luminescent_reflection").values
 
@@ -257,7 +268,8 @@ def test_filtering_takes_the_median_at_edges_only():
     pixels; the others do not change."""
     scene = load_scene("cornell-box").with_settings(width=16, height=16, spp=16)
     plain, filtered = (
-        render_staged(scene, GRID, options=replace(QUICK, filter_edges=on)) for on in (False, True)
+        render(scene, wavelengths=GRID, method="staged", staged=replace(QUICK, filter_edges=on))
+        for on in (False, True)
     )
     renderer = MitsubaRenderer()
     with renderer.session():
@@ -305,7 +317,12 @@ def test_decimated_emitters_light_a_wall_as_true_ones_do():
             materials={"ball": DYE},
         ).with_settings(spp=64)
     true, excluded, kept = (
-        render_staged(scene, GRID, options=StagedOptions(repeats=1, patches=60, patch_samples=256, **chosen))
+        render(
+            scene,
+            wavelengths=GRID,
+            method="staged",
+            staged=StagedOptions(repeats=1, patches=60, patch_samples=256, **chosen),
+        )
         .component("luminescent_reflection")
         .values[..., 2]
         .mean()
@@ -324,18 +341,19 @@ def test_a_limited_depth_is_warned_of():
         max_depth=5
     )
     with pytest.warns(ApproximationWarning, match="max_depth 5"):
-        render_staged(scene, GRID, options=QUICK)
+        render(scene, wavelengths=GRID, method="staged", staged=QUICK)
 
 
 @pytest.mark.parametrize("depth", [1, 2])
 def test_shallow_renders_hold_what_their_depth_allows(depth):
     """Expected: depth 1 is the lamp alone, depth 2 adds components 1 and 2."""
-    image = render_staged(
+    image = render(
         floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}}).with_settings(
             max_depth=depth
         ),
-        GRID,
-        options=QUICK,
+        wavelengths=GRID,
+        method="staged",
+        staged=QUICK,
     )
     lit = [name for name in image.components if image.component(name).values.any()]
     assert lit == ["source", "direct_reflection", "direct_luminescence"][: 1 if depth == 1 else 3]
@@ -352,15 +370,18 @@ def test_the_callers_variant_is_as_before():
     import mitsuba as mi
 
     mi.set_variant("scalar_rgb")
-    render_staged(
-        floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}}), GRID, options=QUICK
+    render(
+        floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 1.0}}),
+        wavelengths=GRID,
+        method="staged",
+        staged=QUICK,
     )
     assert mi.variant() == "scalar_rgb"
 
 
 def test_a_scene_without_fluorescence_has_components_1_and_3_only():
     scene = load_scene("cornell-classic").with_settings(width=8, height=8, spp=4)
-    image = render_staged(scene, GRID, options=QUICK)
+    image = render(scene, wavelengths=GRID, method="staged", staged=QUICK)
     lit = [name for name in image.components if image.component(name).values.any()]
     assert lit == ["source", "direct_reflection", "indirect_reflection"]
     assert image.attrs["emitters"] == {}
@@ -423,9 +444,8 @@ def test_the_back_of_a_surface_emits_as_well(flip):
             },
             materials={"both": DYE},
         ).with_settings(spp=1024)
-    image = render_staged(scene, GRID, options=StagedOptions(repeats=1))
+    image = render(scene, wavelengths=GRID, method="staged", staged=StagedOptions(repeats=1))
     assert set(image.attrs["emitters"]) == {"sheet", "sheet (back)"}
-    from fluorspar.rendering import render
 
     expected = (
         render(scene, wavelengths=GRID, spp=4096).component("luminescent_reflection").values.mean((0, 1))

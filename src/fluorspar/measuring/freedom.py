@@ -36,7 +36,7 @@ def error_freedom(image: SpectralImage) -> float:
     >>> error_freedom(SpectralImage.from_arrays(ones, Wavelengths(), attrs={"repeats": 4}))
     3.0
     """
-    from fluorspar.paths.sweeping.sweep import batch_count
+    from fluorspar.paths.sweeping.batches import batch_count
 
     spp, repeats = image.attrs.get("spp"), image.attrs.get("repeats")
     if isinstance(repeats, int):

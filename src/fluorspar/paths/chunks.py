@@ -56,9 +56,11 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
 def _survival(job: RenderJob) -> NDArray[np.float64]:
     """Largest share of light of any band that leaves each material again, luminescence included, for roulette.
 
+    Whatever the job's Stokes rule, so that paths serve both.
+
     Returns
     -------
     ndarray of shape (rows,)
     """
-    matrices = job.scene.matrices(job.grid, job.stokes)
+    matrices = job.scene.matrices(job.grid)
     return np.array([min(1.0, matrix.energy_yield().max()) for matrix in matrices])

@@ -82,10 +82,13 @@ class LightPaths:
         >>> paths.image(wavelengths="400:700:100").wavelengths.tolist()
         [400.0, 500.0, 600.0, 700.0]
         """
-        asked = {"stokes": stokes, "component_errors": component_errors, "threads": threads}
-        if wavelengths is not None:
-            asked["grid"] = read_grid(wavelengths)
-        job = replace(self.job, **{name: value for name, value in asked.items() if value is not None})
+        job = replace(
+            self.job,
+            grid=self.job.grid if wavelengths is None else read_grid(wavelengths),
+            stokes=self.job.stokes if stokes is None else stokes,
+            component_errors=self.job.component_errors if component_errors is None else component_errors,
+            threads=self.job.threads if threads is None else threads,
+        )
         return render_chunks(self.chunks, job, output=output, progress=progress)
 
 

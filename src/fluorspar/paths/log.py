@@ -65,7 +65,9 @@ class Log(NamedTuple):
         heights = self.strips[:, 1] - self.strips[:, 0]
         ends = np.cumsum(heights)
         kept = np.repeat(self.strips[:, 1] - ends, heights) + np.arange(ends[-1])
-        entries = {name: values[kept] for name, values in self._asdict().items() if name in ENTRIES and len(values)}
+        entries = {
+            name: values[kept] for name, values in self._asdict().items() if name in ENTRIES and len(values)
+        }
         return self._replace(strips=np.stack([ends - heights, ends], axis=1), **entries)
 
 

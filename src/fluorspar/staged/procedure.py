@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.errors import ApproximationWarning, FluorsparWarning
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.job import RenderJob
 from fluorspar.progress import Progress
-from fluorspar.scene.scene import Scene
 from fluorspar.scene.settings import UNLIMITED
-from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.equations import indirect_reflection, total
 from fluorspar.staged.imaging import Layers, seeds_of, views_of
 from fluorspar.staged.intermediate import file_names
@@ -27,7 +25,6 @@ from fluorspar.staged.passes import Passes
 from fluorspar.staged.renderers.mitsuba.renderer import MitsubaRenderer
 from fluorspar.staged.renderers.protocol import Renderer
 from fluorspar.staged.timings import FIRST
-from fluorspar.version import __version__
 
 __all__ = ["render_staged"]
 
@@ -35,36 +32,18 @@ _DEPTHS = {"source": 1, FIRST: 2, "components 1 and 3": UNLIMITED}
 
 
 def render_staged(
-    scene: Scene,
-    grid: Wavelengths,
-    *,
-    seed: int = 0,
-    options: StagedOptions | None = None,
-    stokes: Stokes = "half",
-    threads: int | None = None,
-    progress: Progress | None = None,
-    renderer: Renderer | None = None,
+    job: RenderJob, *, progress: Progress | None = None, renderer: Renderer | None = None
 ) -> SpectralImage:
     """Render components 0 to 5 (and 6 with `bounces` of 2 or more) by the paper's procedure.
 
     Parameters
     ----------
-    scene
-        What to render; size, samples and depths are those of `scene.settings`. Samples are rounded up to what
-        the repeats and square small pixels need; the attribute `spp` says how many were taken.
-    grid
-        Wavelengths.
-    seed
-        Same seed, same image.
-    options
-        See `StagedOptions`.
-    stokes
-        Weight of excitation at the emission wavelength itself, see `DonaldsonMatrix`.
-    threads
-        Default: all cores this process may use.
-    progress
+    job : RenderJob
+        What to render; its options are `StagedOptions`. Samples are rounded up to what the repeats and square small
+        pixels need; the attribute `spp` says how many were taken.
+    progress : callable, optional
         Called with the renders done and the renders in all, which grow while emitters are subdivided.
-    renderer
+    renderer : Renderer, optional
         See `fluorspar.staged.renderers.protocol`; default: Mitsuba in its variant llvm.
 
     Returns
@@ -97,17 +76,18 @@ def render_staged(
 
     Examples
     --------
-    >>> from fluorspar.scene.loading import load_scene
+    >>> from fluorspar import Wavelengths, load_scene
     >>> scene = load_scene("cornell-box").with_settings(width=8, height=8, spp=4)
     >>> options = StagedOptions(emitters=2, patch_samples=64, repeats=1)
-    >>> image = render_staged(scene, Wavelengths(400, 700, 50), options=options)
+    >>> job = RenderJob(scene, Wavelengths(400, 700, 50), method="staged", options=options)
+    >>> image = render_staged(job)
     >>> image.components[-1], image.attrs["emitters"]
     ('luminescent_reflection', {'right-wall': 4, 'left-wall': 4})
     """
-    options = options or StagedOptions()
+    options = job.options or StagedOptions()
     renderer = renderer or MitsubaRenderer()
-    matrices = scene.matrices(grid, stokes)
-    depth = scene.settings.max_depth
+    matrices = job.scene.matrices(job.grid, job.stokes)
+    depth = job.scene.settings.max_depth
     if depth > 2:
         warnings.warn(
             f"max_depth {depth}: the staged method counts depth anew from each emitter of component 5, "
@@ -115,11 +95,11 @@ def render_staged(
             ApproximationWarning,
             stacklevel=2,
         )
-    with renderer.session(threads):
-        return _all(Passes(scene, grid, matrices, renderer, options, seed, progress))
+    with renderer.session(job.threads):
+        return _all(job, Passes(job.scene, job.grid, matrices, renderer, options, job.seed, progress))
 
 
-def _all(p: Passes) -> SpectralImage:
+def _all(job: RenderJob, p: Passes) -> SpectralImage:
     """All repeats, and their mean."""
     p.expect(len(_DEPTHS) * len(p.every) * p.sampling.passes * p.repeats)
     objects = fluorescent_objects(p) if p.bounces else []
@@ -144,17 +124,11 @@ def _all(p: Passes) -> SpectralImage:
     mean /= done
     error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
     attrs: dict[str, Any] = {
-        "version": __version__,
-        "method": "staged",
+        **job.attrs,
         "spp": p.sampling.samples * done,
-        "seed": p.seed,
         "max_depth": p.depth,
-        "rr_depth": p.scene.settings.rr_depth,
         "repeats": done,
-        "stokes": p.matrices[0].stokes,
         "single_bounce": int(len(names) == len(SINGLE_BOUNCE)),
-        "scene": p.scene.name,
-        "materials": {made.name: made.credit for made in p.scene.materials},
         "emitters": {item.name: len(item.array) for item in objects},
         "timings": p.watch.relative(),
     }

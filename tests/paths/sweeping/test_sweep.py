@@ -1,24 +1,20 @@
 """The sweep against a slow one: invented light paths, spectra in plain double precision.
 
 Rationale
-    The compiled sweep reads interleaved records, splits spectra at the Stokes limit, knows when nothing
-    luminesced yet,
-    and sums samples before it makes components of them. `reference` below does none of that: it follows the
-    equations
-    of section 2a of the design, one path after another, with full matrices.
+    The compiled sweep reads an interleaved log, sums luminescence register by register, knows when nothing luminesced
+    yet, and sums samples before it makes components of them. `reference` below does none of that: it follows the
+    equations of docs/one-pass.md, one path after another, with full matrices.
 Expected
-    Equal to single precision for any paths, real ones or not; slots the records leave undefined are filled
-    with
-    nonsense here, so reading one shows.
+    Equal to single precision for any paths, real ones or not; what the log leaves undefined is filled with nonsense
+    here, so reading it shows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,9 +22,12 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.conversions import stokes_weights
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
-from fluorspar.paths.light_paths import KILLED, SLOTS, TILE, LightPaths, Segment
-from fluorspar.paths.sweeping.spectral_tables import padded, spectral_tables
-from fluorspar.paths.sweeping.sweep import Swept, batch_count, sweep
+from fluorspar.bispectral.material import Material
+from fluorspar.image.pixels import Pixels
+from fluorspar.paths.log import BLOCK, END, Chunk, Log, lanes_per_pixel
+from fluorspar.paths.sweeping.batches import batch_count
+from fluorspar.paths.sweeping.spectral_tables import SpectralTables, padded, spectral_tables
+from fluorspar.paths.sweeping.sweep import sweep
 from fluorspar.spectral.wavelengths import Wavelengths
 
 Array = NDArray[np.float64]
@@ -75,28 +74,17 @@ def make_materials(stokes: str = "half", *, full: bool = True) -> list[Donaldson
     return [*made, replace(made[0], luminescent=matrix)] if full else made
 
 
-class Records:
-    """Builds `LightPaths` and remembers what it put into them."""
+class Paths:
+    """Invented light paths, and the log that a tracer would have written of them."""
 
     def __init__(
-        self,
-        pixels: int,
-        spp: int,
-        *,
-        lights: int,
-        rows: int,
-        rr_depth: int,
-        segments: int = 1,
-        seed: int = 0,
+        self, pixels: int, spp: int, *, lights: int, rows: int, longest: int = 40, seed: int = 0
     ) -> None:
         rng = np.random.default_rng(seed)
-        self.pixels, self.spp, self.lights, self.rr_depth = pixels, spp, lights, rr_depth
+        self.pixels, self.spp, self.lights = pixels, spp, lights
         self.paths: list[tuple[float, int, list[Vertex]]] = []
         for _ in range(pixels * spp):
-            longest = rng.choice([0, 1, 2, 3, 8, SLOTS * segments])
-            n = int(rng.integers(0, longest + 1))
-            if segments > 1 and rng.random() < 0.1:
-                n = SLOTS  # ends, or goes on, exactly at the end of a record
+            n = int(rng.integers(0, rng.choice([0, 1, 2, 3, 8, longest]) + 1))
             vertices = [
                 Vertex(
                     row=int(rng.integers(rows)),
@@ -104,60 +92,82 @@ class Records:
                     a=int(rng.integers(lights)),
                     h=rng.uniform(0, 1) * (rng.random() < 0.3),
                     b=int(rng.integers(lights)),
-                    f=rng.uniform(1.0, 1.5) if k + 1 >= rr_depth else 1.0,
+                    f=rng.uniform(1.0, 1.5) if rng.random() < 0.5 else 1.0,
                 )
-                for k in range(n)
+                for _ in range(n)
             ]
-            if n and n >= rr_depth and rng.random() < 0.5:
-                vertices[-1].f, vertices[-1].h = 0.0, 0.0
+            if n and rng.random() < 0.5:
+                vertices[-1].f, vertices[-1].h = 0.0, 0.0  # roulette
             seen = rng.uniform(0, 1) * (rng.random() < 0.3)
             self.paths.append((seen, int(rng.integers(lights)), vertices))
 
-    def light_paths(self) -> LightPaths:
-        segments: list[Segment] = []
-        going: list[tuple[float, int, list[Vertex]]] = self.paths
-        while True:
-            segment, going = self._segment(going, len(segments))
-            segments.append(segment)
-            if not going:
-                return LightPaths(7, self.pixels, self.spp, self.rr_depth, tuple(segments))
-
-    def _segment(self, paths: list[tuple[float, int, list[Vertex]]], number: int) -> tuple[Segment, Any]:
-        rng = np.random.default_rng(number)
-        tiles = -(-len(paths) // TILE)
-        shape = (tiles, SLOTS, TILE)
-        number_like = [rng.uniform(10, 1e6, shape).astype(np.float32) for _ in range(3)]
-        direct, sampled, survival = number_like
-        row, direct_light, sampled_light = (rng.integers(0, 1, shape).astype(np.uint32) for _ in range(3))
-        length = np.zeros(len(paths), dtype=np.uint8)
-        child = np.full(len(paths), -1, dtype=np.int32)
-        later = []
-        for i, (seen, lamp, vertices) in enumerate(paths):
-            tile, lane = divmod(i, TILE)
-            here = vertices[:SLOTS]
-            length[i] = len(here)
-            sampled[tile, 0, lane], sampled_light[tile, 0, lane] = seen, lamp
-            for k, vertex in enumerate(here):
-                row[tile, k, lane] = vertex.row
-                direct[tile, k, lane] = vertex.w
-                direct_light[tile, k, lane] = vertex.a
-                if number * SLOTS + k + 1 >= self.rr_depth:
-                    survival[tile, k, lane] = vertex.f if vertex.f else KILLED
-                if k + 1 < SLOTS and vertex.f:
-                    sampled[tile, k + 1, lane], sampled_light[tile, k + 1, lane] = vertex.h, vertex.b
-            if len(here) == SLOTS and vertices[SLOTS - 1].f:
-                child[i] = len(later)
-                later.append((vertices[SLOTS - 1].h, vertices[SLOTS - 1].b, vertices[SLOTS:]))
+    def chunk(self, height: int = 1000, materials: tuple[Material, ...] = ()) -> Chunk:
+        """The log, in strips of `height` entries or less; what has no meaning is nonsense."""
+        log = log_of([list(self._entries(*lane)) for lane in self._lanes()], height)
         if self.lights == 1:
-            direct_light = sampled_light = np.zeros((1, 1, 1), dtype=np.uint32)
-        return Segment(length, child, row, direct, direct_light, sampled, sampled_light, survival), later
+            log = log._replace(direct_light=log.direct_light[:0], sampled_light=log.sampled_light[:0])
+        return Chunk(7, self.pixels, self.spp, log, materials)
+
+    def _lanes(self) -> Iterator[tuple[int, int]]:
+        """First and last + 1 path of each lane."""
+        parts = lanes_per_pixel(self.spp)
+        for pixel in range(self.pixels):
+            for part in range(parts):
+                edges = [pixel * self.spp + (part + k) * self.spp // parts for k in (0, 1)]
+                yield edges[0], edges[1]
+
+    def _entries(self, first: int, stop: int) -> Iterator[tuple[float, int, int, float, int, float]]:
+        """Sampled weight and its light, row, direct weight and its light, weight of the continuation."""
+        for seen, lamp, vertices in self.paths[first:stop]:
+            hit = seen, lamp
+            for v in vertices:
+                yield *hit, v.row, v.w, v.a, v.f
+                hit = v.h, v.b
+            if not vertices or vertices[-1].f:
+                yield *hit, END, 1e6, 0, 1e6
+
+
+def log_of(lanes: list[list[tuple[float, int, int, float, int, float]]], height: int) -> Log:
+    """Write entries into strips as the tracer does: lanes whose strip is full go on, side by side, in the next ones."""
+    rng = np.random.default_rng(len(lanes))
+    names = ("sampled", "sampled_light", "row", "direct", "direct_light", "weight")
+    fields: dict[str, list[Array]] = {name: [] for name in names}
+    strips, goes_on, entry, slots = [], [], 0, 0
+    while lanes:
+        blocks = -(-len(lanes) // BLOCK)
+        for name in names:
+            whole = name in ("row", "direct_light", "sampled_light")
+            fields[name].append(rng.uniform(0, 1 if whole else 1e6, (blocks * height, BLOCK)))
+        follow = np.full(blocks * BLOCK, -1)
+        rest = []
+        for lane, entries in enumerate(lanes):
+            for t, values in enumerate(entries[:height]):
+                for name, value in zip(names, values, strict=True):
+                    fields[name][-1][lane // BLOCK * height + t, lane % BLOCK] = value
+            if entries[height:]:
+                follow[lane] = slots + blocks * BLOCK + len(rest)
+                rest.append(entries[height:])
+        for block in range(blocks):
+            used = max(min(len(lane), height) for lane in lanes[block * BLOCK : (block + 1) * BLOCK])
+            strips.append((entry + block * height, entry + block * height + used))
+        goes_on.append(follow)
+        entry += blocks * height
+        slots += blocks * BLOCK
+        lanes = rest
+    kinds = {
+        name: np.uint32 if name in ("row", "direct_light", "sampled_light") else np.float32 for name in names
+    }
+    return Log(
+        **{name: np.concatenate(parts).astype(kinds[name]) for name, parts in fields.items()},
+        strips=np.array(strips, dtype=np.int64),
+        goes_on=np.concatenate(goes_on).astype(np.int32),
+    )
 
 
 def reference(
-    records: Records, materials: list[DonaldsonMatrix], lights: list[Array]
+    records: Paths, materials: list[DonaldsonMatrix], lights: list[Array]
 ) -> tuple[Array, Array, Array]:
-    """Components (pixels, 7, N), standard error of the total (pixels, N) and of the components (pixels, 7,
-    N)."""
+    """Components (7, pixels, N), standard error of the total (pixels, N) and of the components (7, pixels, N)."""
     S = [made.reflectance for made in materials]
     Phi = [GRID.step * made.density() for made in materials]
     samples = np.zeros((len(records.paths), 7, N))
@@ -187,7 +197,7 @@ def reference(
         with np.errstate(invalid="ignore"):
             return np.sqrt((weights * (of - mean) ** 2).sum(0) / (records.spp * np.float64(batches - 1)))
 
-    return samples.mean(1), error(means.sum(2)), error(means)
+    return samples.mean(1).swapaxes(0, 1), error(means.sum(2)), error(means).swapaxes(0, 1)
 
 
 @pytest.fixture(scope="module")
@@ -200,13 +210,22 @@ def lamps(count: int) -> list[Array]:
     return list(np.random.default_rng(2).uniform(0.2, 2, (count, N)))
 
 
-def assert_same(swept: Swept, expected: tuple[Array, Array, Array]) -> None:
+def swept(
+    chunk: Chunk, tables: SpectralTables, pool: Executor, *, component_errors: bool = False, before: int = 0
+) -> Pixels:
+    """Sweep into an image with `before` pixels in front, and return those of the chunk."""
+    out = Pixels.empty(before + chunk.pixels, N, component_errors)
+    sweep(chunk, tables, pool, out, before)
+    return out[before:]
+
+
+def assert_same(pixels: Pixels, expected: tuple[Array, Array, Array]) -> None:
     radiance, error, component_error = expected
-    np.testing.assert_allclose(swept.radiance, radiance, rtol=5e-5, atol=2e-6 * radiance.max())
-    np.testing.assert_allclose(swept.standard_error, error, rtol=2e-3, atol=1e-5 * radiance.max())
-    if len(swept.component_standard_error):
+    np.testing.assert_allclose(pixels.radiance, radiance, rtol=5e-5, atol=2e-6 * radiance.max())
+    np.testing.assert_allclose(pixels.standard_error, error, rtol=2e-3, atol=1e-5 * radiance.max())
+    if pixels.component_standard_error is not None:
         np.testing.assert_allclose(
-            swept.component_standard_error, component_error, rtol=2e-3, atol=1e-5 * radiance.max()
+            pixels.component_standard_error, component_error, rtol=2e-3, atol=1e-5 * radiance.max()
         )
 
 
@@ -214,8 +233,8 @@ def assert_same(swept: Swept, expected: tuple[Array, Array, Array]) -> None:
 @pytest.mark.parametrize("component_errors", [False, True])
 @pytest.mark.parametrize("stokes", ["half", "strict"])
 @pytest.mark.parametrize(
-    ("pixels", "spp", "rr_depth", "segments"),
-    [(50, 3, 5, 1), (7, 20, 1, 1), (3, 33, 10, 3), (5, 64, 10**6, 2), (1, 1, 2, 1)],
+    ("pixels", "spp", "longest", "height"),
+    [(50, 3, 40, 1000), (7, 20, 10, 30), (3, 130, 200, 7), (5, 64, 100, 1), (1, 1, 5, 2)],
 )
 def test_against_the_equations(
     pool: ThreadPoolExecutor,
@@ -224,16 +243,14 @@ def test_against_the_equations(
     stokes: str,
     pixels: int,
     spp: int,
-    rr_depth: int,
-    segments: int,
+    longest: int,
+    height: int,
 ) -> None:
     materials = make_materials(stokes)
-    records = Records(
-        pixels, spp, lights=lights, rows=len(materials), rr_depth=rr_depth, segments=segments, seed=spp
-    )
+    paths = Paths(pixels, spp, lights=lights, rows=len(materials), longest=longest, seed=spp)
     tables = spectral_tables(materials, lamps(lights))
-    swept = sweep(records.light_paths(), tables, N, pool, component_errors=component_errors)
-    assert_same(swept, reference(records, materials, lamps(lights)))
+    found = swept(paths.chunk(height), tables, pool, component_errors=component_errors, before=3)
+    assert_same(found, reference(paths, materials, lamps(lights)))
 
 
 def test_the_reference_knows_what_it_computes() -> None:
@@ -241,36 +258,46 @@ def test_the_reference_knows_what_it_computes() -> None:
     matrix = np.zeros((N, N))
     matrix[1, 0] = 0.5 / GRID.step
     materials = [DonaldsonMatrix(GRID, np.full(N, 0.2), luminescent=matrix)]
-    records = Records(1, 1, lights=1, rows=1, rr_depth=99)
+    paths = Paths(1, 1, lights=1, rows=1)
     first, second = Vertex(0, 0.5, 0, 0.1, 0, 1.0), Vertex(0, 0.4, 0, 0.0, 0, 1.0)
-    records.paths = [(2.0, 0, [first, second])]
-    y = reference(records, materials, [np.ones(N)])[0][0]
+    paths.paths = [(2.0, 0, [first, second])]
+    y = reference(paths, materials, [np.ones(N)])[0][:, 0]
     # E_D = 0.6; behind it R = 0.2 x 0.4 = 0.08 and, in band 1, F = 0.5 x 0.4 = 0.2
     assert y[:, 0] == pytest.approx([2, 0.12, 0, 0.016, 0, 0, 0])
     assert y[:, 1] == pytest.approx([2, 0.12, 0.3, 0.016, 0.04, 0.04, 0])
 
 
 @pytest.mark.parametrize("lights", [1, 3])
-def test_nothing_is_lost_between_records(pool: ThreadPoolExecutor, lights: int) -> None:
-    """White surfaces: light of the hundredth vertex counts as much as that of the first."""
+def test_nothing_is_lost_on_long_paths(pool: ThreadPoolExecutor, lights: int) -> None:
+    """White surfaces: light of the five-hundredth vertex counts as much as that of the first."""
     materials = [DonaldsonMatrix(GRID, np.ones(N))]
-    records = Records(30, 4, lights=lights, rows=1, rr_depth=10**6, segments=4, seed=5)
-    swept = sweep(records.light_paths(), spectral_tables(materials, lamps(lights)), N, pool)
-    assert_same(swept, reference(records, materials, lamps(lights)))
+    paths = Paths(30, 4, lights=lights, rows=1, longest=600, seed=5)
+    assert max(len(vertices) for _, _, vertices in paths.paths) > 500
+    for _, _, vertices in paths.paths:
+        for vertex in vertices:
+            vertex.f = min(vertex.f, 1.0)  # so that nothing grows without bounds
+    found = swept(paths.chunk(50), spectral_tables(materials, lamps(lights)), pool)
+    assert_same(found, reference(paths, materials, lamps(lights)))
+
+
+def test_a_pixel_may_see_many_rows(pool: ThreadPoolExecutor) -> None:
+    """More material rows in one pixel than there is room for at first."""
+    rng = np.random.default_rng(4)
+    materials = [DonaldsonMatrix(GRID, rng.uniform(0.1, 0.9, N)) for _ in range(50)]
+    paths = Paths(3, 300, lights=1, rows=50)
+    assert len({vertices[0].row for _, _, vertices in paths.paths[:300] if vertices}) > 40
+    found = swept(paths.chunk(), spectral_tables(materials, lamps(1)), pool)
+    assert_same(found, reference(paths, materials, lamps(1)))
 
 
 def test_one_light_and_many_lights_agree(pool: ThreadPoolExecutor) -> None:
-    """The kernel for one light saves the light rows; given rows that are all 0, the other must say the
-    same."""
+    """The kernel for one light saves the light rows; given rows that are all 0, the other must say the same."""
     materials = make_materials()
-    records = Records(20, 20, lights=1, rows=len(materials), rr_depth=5)
-    paths = records.light_paths()
-    (segment,) = paths.segments
-    nothing = np.zeros(segment.row.shape, dtype=np.uint32)
-    many = replace(paths, segments=(replace(segment, direct_light=nothing, sampled_light=nothing),))
-    one_kernel, other_kernel = (
-        sweep(p, spectral_tables(materials, lamps(1)), N, pool) for p in (paths, many)
-    )
+    chunk = Paths(20, 20, lights=1, rows=len(materials)).chunk()
+    nothing = np.zeros_like(chunk.log.row)
+    many = replace(chunk, log=chunk.log._replace(direct_light=nothing, sampled_light=nothing))
+    tables = spectral_tables(materials, lamps(1))
+    one_kernel, other_kernel = (swept(c, tables, pool) for c in (chunk, many))
     np.testing.assert_allclose(one_kernel.radiance, other_kernel.radiance, rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(one_kernel.standard_error, other_kernel.standard_error, rtol=1e-3, atol=1e-6)
 
@@ -280,40 +307,54 @@ def test_factors_and_full_matrices_agree(pool: ThreadPoolExecutor, stokes: str) 
     """A material of K dyes and the full matrix of the same values are one material."""
     factored = make_materials(stokes, full=False)
     full = [DonaldsonMatrix(GRID, m.reflectance, luminescent=m.density(), stokes=m.stokes) for m in factored]
-    paths = Records(20, 20, lights=1, rows=len(factored), rr_depth=5).light_paths()
-    by_factors, by_matrix = (sweep(paths, spectral_tables(m, lamps(1)), N, pool) for m in (factored, full))
+    chunk = Paths(20, 20, lights=1, rows=len(factored)).chunk()
+    by_factors, by_matrix = (swept(chunk, spectral_tables(m, lamps(1)), pool) for m in (factored, full))
     np.testing.assert_allclose(by_factors.radiance, by_matrix.radiance, rtol=2e-5, atol=1e-6)
+
+
+def assert_equal(one: Pixels, two: Pixels) -> None:
+    assert np.array_equal(one.radiance, two.radiance)
+    assert np.array_equal(one.standard_error, two.standard_error)
 
 
 def test_threads_do_not_matter() -> None:
     materials = make_materials()
-    paths = Records(40, 5, lights=3, rows=len(materials), rr_depth=5).light_paths()
+    chunk = Paths(40, 5, lights=3, rows=len(materials)).chunk()
     results = []
     for threads in (1, 2):
         with ThreadPoolExecutor(threads) as executor:
-            results.append(sweep(paths, spectral_tables(materials, lamps(3)), N, executor))
-    for one, two in zip(*results, strict=True):
-        assert np.array_equal(one, two)
+            results.append(swept(chunk, spectral_tables(materials, lamps(3)), executor))
+    assert_equal(*results)
+
+
+def test_a_compact_log_says_the_same_in_less_room(pool: ThreadPoolExecutor) -> None:
+    materials = make_materials()
+    chunk = Paths(40, 70, lights=3, rows=len(materials)).chunk(height=150)
+    compact = chunk.compact()
+    tables = spectral_tables(materials, lamps(3))
+    assert_equal(swept(chunk, tables, pool), swept(compact, tables, pool))
+    heights = np.diff(chunk.log.strips, axis=1).sum()
+    assert len(compact.log.row) == len(compact.log.direct_light) == heights
+    assert compact.log.nbytes < 0.9 * chunk.log.nbytes
 
 
 def test_a_single_sample_has_no_error(pool: ThreadPoolExecutor) -> None:
     materials = make_materials()
-    paths = Records(10, 1, lights=1, rows=len(materials), rr_depth=5).light_paths()
-    assert np.isnan(sweep(paths, spectral_tables(materials, lamps(1)), N, pool).standard_error).all()
+    chunk = Paths(10, 1, lights=1, rows=len(materials)).chunk()
+    assert np.isnan(swept(chunk, spectral_tables(materials, lamps(1)), pool).standard_error).all()
 
 
 def test_small_scatter_on_a_large_value(pool: ThreadPoolExecutor) -> None:
-    """Batch means that differ by 1e-3 of their value: a difference of large sums in single precision would
-    be noise."""
+    """Batch means that differ by 1e-3 of their value: a difference of large sums in single precision would be noise."""
     materials = [DonaldsonMatrix(GRID, np.full(N, 0.5))]
-    records = Records(1, 320, lights=1, rows=1, rr_depth=99)
+    paths = Paths(1, 320, lights=1, rows=1)
     rng = np.random.default_rng(3)
-    records.paths = [
+    paths.paths = [
         (0.0, 0, [Vertex(0, 1 + 1e-3 * rng.standard_normal(), 0, 0.0, 0, 1.0)]) for _ in range(320)
     ]
-    swept = sweep(records.light_paths(), spectral_tables(materials, [np.ones(N)]), N, pool)
-    expected = reference(records, materials, [np.ones(N)])[1]
-    np.testing.assert_allclose(swept.standard_error, expected, rtol=0.01)
+    found = swept(paths.chunk(), spectral_tables(materials, [np.ones(N)]), pool)
+    expected = reference(paths, materials, [np.ones(N)])[1]
+    np.testing.assert_allclose(found.standard_error, expected, rtol=0.01)
 
 
 class TestTables:

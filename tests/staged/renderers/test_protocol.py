@@ -11,7 +11,6 @@ from floor_scene import DYE, GRID, QUICK, floor_under
 from fluorspar.errors import OptionError
 from fluorspar.rendering import render
 from fluorspar.staged.emitters.mesh import TriangleMesh
-from fluorspar.staged.procedure import render_staged
 from fluorspar.staged.renderers.mitsuba.renderer import MitsubaRenderer
 from fluorspar.staged.renderers.protocol import EmitsPerFace, OffersIrradiance
 
@@ -84,7 +83,7 @@ def test_any_renderer_will_do():
     The probe of a patch sees the lamp itself, which is not subtracted from a surface that has no light: E of
     a patch is too large by L / S."""
     scene = floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 2.0}})
-    image = render_staged(scene, GRID, options=QUICK, renderer=Flat())
+    image = render(scene, wavelengths=GRID, method="staged", staged=QUICK, renderer=Flat())
     D = DYE.on(GRID)
     L, S = 2.0 * np.ones(5), 0.5
     seen = {name: image.component(name).values[0, 0] for name in image.components}
@@ -105,7 +104,10 @@ def test_faces_that_emit_differently_stand_for_patches():
     assert isinstance(renderer, EmitsPerFace)
     assert not isinstance(Flat(), EmitsPerFace)
     assert not isinstance(MitsubaRenderer(), EmitsPerFace)
-    images = [render_staged(scene, GRID, options=QUICK, renderer=chosen) for chosen in (Flat(), renderer)]
+    images = [
+        render(scene, wavelengths=GRID, method="staged", staged=QUICK, renderer=chosen)
+        for chosen in (Flat(), renderer)
+    ]
     (array,) = renderer.arrays
     assert len(array.emitting.faces) > len(array) == 4
     assert images[1].dataset.radiance.values == pytest.approx(images[0].dataset.radiance.values)
@@ -114,7 +116,7 @@ def test_faces_that_emit_differently_stand_for_patches():
 def test_render_takes_a_renderer():
     scene = floor_under({"type": "constant", "radiance": {"type": "spectrum", "value": 2.0}})
     image = render(scene, method="staged", wavelengths=GRID, staged=QUICK, renderer=Flat())
-    expected = render_staged(scene, GRID, options=QUICK, renderer=Flat())
+    expected = render(scene, wavelengths=GRID, method="staged", staged=QUICK, renderer=Flat())
     assert (image.dataset.radiance.values == expected.dataset.radiance.values).all()
     assert isinstance(FlatScene(scene), OffersIrradiance)
     with pytest.raises(OptionError, match="a renderer for the staged method is given"):

@@ -82,7 +82,9 @@ def add_source(pixel: Any, weight: Any, light: int, L: Any, width: int) -> None:
 
 
 @numba.njit(inline="always")
-def collect(pixel: Any, at: int, path: Any, n: int, luminesced: bool, L: Any, one_light: bool, width: int) -> None:
+def collect(
+    pixel: Any, at: int, path: Any, n: int, luminesced: bool, L: Any, one_light: bool, width: int
+) -> None:
     """Add the light arriving at the camera vertex of a path of n vertices to the sums of place `at`."""
     sums, batch, vertex, weight = pixel.sums, pixel.batch, path.vertex, path.weight
     R, F, G = path.R, path.F, path.G
@@ -110,7 +112,14 @@ def collect(pixel: Any, at: int, path: Any, n: int, luminesced: bool, L: Any, on
 
 @numba.njit(inline="always")
 def close_batch(
-    pixel: Any, seen: int, y: Any, total: Any, tables: Any, one_light: bool, component_errors: bool, width: int
+    pixel: Any,
+    seen: int,
+    y: Any,
+    total: Any,
+    tables: Any,
+    one_light: bool,
+    component_errors: bool,
+    width: int,
 ) -> None:
     """Put the sum over the batch's samples into `total`, and into `y` for each component if that is asked for."""
     S, L = tables.reflectance, tables.lights

@@ -41,7 +41,7 @@ def luminesce(out: Any, light: Any, scale: Any, row: int, width: int, tables: An
             )
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def _luminesce_register(
     context: Any,
     out: Any,
@@ -76,9 +76,7 @@ def _luminesce_register(
             return value
 
         def choose(values: Any, others: Any, indices: list[int]) -> Any:
-            return builder.shuffle_vector(
-                values, others, ir.Constant(ir.VectorType(_INT, LANES), indices)
-            )
+            return builder.shuffle_vector(values, others, ir.Constant(ir.VectorType(_INT, LANES), indices))
 
         nothing = ir.Constant(_REGISTER, ir.Undefined)
         zero = ir.Constant(_REGISTER, [0.0] * LANES)
@@ -87,9 +85,7 @@ def _luminesce_register(
             return choose(values, zero, [LANES] * by + list(range(LANES - by)))
 
         def everywhere(number: Any) -> Any:
-            return choose(
-                builder.insert_element(nothing, number, ir.Constant(_INT, 0)), nothing, [0] * LANES
-            )
+            return choose(builder.insert_element(nothing, number, ir.Constant(_INT, 0)), nothing, [0] * LANES)
 
         absorbed = builder.fmul(load(1), load(3))
         total = absorbed

@@ -42,7 +42,7 @@ def new_path(room: int, width: int) -> Any:
 
 
 @numba.njit(inline="always")
-def read_path(log: Any, slot: int, entry: int, path: Any, one_light: bool) -> Any:
+def read_path(log: Any, slot: Any, entry: Any, path: Any, one_light: bool) -> Any:
     """Read the path that begins at an entry of a slot.
 
     Returns the number of vertices, -1 if there is no room for them; the weight of light seen directly and its light

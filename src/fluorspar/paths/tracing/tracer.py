@@ -125,8 +125,7 @@ class Tracer:
         launches = [started.launch]
         while len(going_on := dr.compress(launches[-1].state["left"] > 0)):
             state = {
-                name: dr.gather(type(values), values, going_on)
-                for name, values in launches[-1].state.items()
+                name: dr.gather(type(values), values, going_on) for name, values in launches[-1].state.items()
             }
             dr.make_opaque(state)
             launches.append(self._launch(state, started.launch.height, started.spread))

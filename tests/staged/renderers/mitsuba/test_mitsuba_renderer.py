@@ -10,6 +10,7 @@ import pytest
 from fluorspar.bispectral.material import Fluorophore, Material
 from fluorspar.errors import RendererError, SceneNotice
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.rendering import render
 from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.variants import use_variant
@@ -18,7 +19,6 @@ from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.emission import emitter_arrays, patch_illumination
 from fluorspar.staged.imaging import band_groups
 from fluorspar.staged.options import StagedOptions
-from fluorspar.staged.procedure import render_staged
 from fluorspar.staged.renderers.mitsuba.renderer import MitsubaRenderer
 
 GRID = Wavelengths(400, 600, 50)
@@ -71,7 +71,7 @@ def poster(gap: float) -> Any:
 
 def staged(scene: Scene) -> SpectralImage:
     options = StagedOptions(emitters=2, repeats=1, patch_samples=32)
-    return render_staged(scene, GRID, options=options)
+    return render(scene, wavelengths=GRID, method="staged", staged=options)
 
 
 def assert_same(one: SpectralImage, other: SpectralImage) -> None:
