@@ -1,7 +1,8 @@
 """Where Fluorspar stands against stock Mitsuba: ratios from one run, measured in pairs.
 
-    python benchmarks/run.py                # all tables, about 16 minutes on 2 cores
-    python benchmarks/run.py stock bands    # some of them
+    python benchmarks/run.py                          # all tables, about half an hour on 2 cores
+    python benchmarks/run.py stock bands              # some of them
+    python benchmarks/run.py mesh --mesh bunny.ply    # with a mesh of yours; without, the one of cornell-mesh
 
 Every time is the median of pairs that follow each other, so that a change in the machine's speed cancels.
 Compilation is excluded by a warm-up of both sides. An idle machine is needed.
@@ -26,6 +27,8 @@ import numpy as np
 
 import fluorspar
 from fluorspar.bispectral.measured import MeasuredMatrix
+from fluorspar.job import RenderJob
+from fluorspar.paths.chunks import trace_chunks
 from fluorspar.scene.nodes import copy_nodes, kind, resolving
 from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
@@ -61,18 +64,18 @@ def stock_scene(scene: fluorspar.Scene) -> Any:
     return built[0] if isinstance(built, list) else built
 
 
+def seconds(call: Callable[[int], object], seed: int) -> float:
+    began = time.perf_counter()
+    call(seed)
+    return time.perf_counter() - began
+
+
 def pairs(
     count: int, ours: Callable[[int], object], theirs: Callable[[int], object]
 ) -> tuple[float, float, float]:
-    """Return the median of our time, of theirs, and of the ratio, over pairs run in turn after a warm-up."""
-
-    def timed(call: Callable[[int], object], seed: int) -> float:
-        began = time.perf_counter()
-        call(seed)
-        return time.perf_counter() - began
-
-    timed(ours, 0), timed(theirs, 0)
-    times = [(timed(ours, seed), timed(theirs, seed)) for seed in range(1, count + 1)]
+    """Return the median of our time, of theirs, and of the ratio, over pairs run in turn; seed 0 is to warm up."""
+    seconds(ours, 0), seconds(theirs, 0)
+    times = [(seconds(ours, seed), seconds(theirs, seed)) for seed in range(1, count + 1)]
     return (
         statistics.median(a for a, _ in times),
         statistics.median(b for _, b in times),
@@ -80,19 +83,46 @@ def pairs(
     )
 
 
-def against_stock(size: int, spp: int, count: int) -> str:
-    """All components x 69 bands with standard error, against one single-band render of stock `path`."""
+def trace_only(scene: fluorspar.Scene, seed: int) -> None:
+    for _ in trace_chunks(RenderJob(scene, seed=seed)):
+        pass
+
+
+def against_stock(size: int, spp: int, count: int, ours: Callable[[fluorspar.Scene, int], object]) -> str:
+    """Our render, or its tracing alone, against one single-band render of stock `path`."""
     scene = fluorspar.load_scene(SCENE).with_settings(width=size, height=size, spp=spp)
+    few = scene.with_settings(spp=min(spp, 64))  # to warm up
     with use_variant(TRACE_VARIANTS["llvm"]):
         import mitsuba as mi
 
         stock = stock_scene(scene)
-        ours, theirs, ratio = pairs(
+        ours_time, theirs, ratio = pairs(
             count,
-            lambda seed: fluorspar.render(scene, seed=seed),
-            lambda seed: np.array(mi.render(stock, seed=seed, spp=spp)),
+            lambda seed: ours(scene if seed else few, seed),
+            lambda seed: np.array(mi.render(stock, seed=seed, spp=spp if seed else few.settings.spp)),
         )
-    return f"{ratio:.2f} x   ({ours:.2f} s against {theirs:.2f} s, {size} x {size}, {spp} samples, {count} pairs)"
+    return f"{ratio:.2f} x   ({ours_time:.2f} s against {theirs:.2f} s, {size} x {size}, {spp} samples, {count} pairs)"
+
+
+def render(scene: fluorspar.Scene, seed: int) -> fluorspar.SpectralImage:
+    return fluorspar.render(scene, seed=seed)
+
+
+def mesh_cost(size: int, spp: int, count: int, mesh: str | None) -> str:
+    """`cornell-mesh` with its mesh, or one of the user's, against `cornell-box`."""
+    settings = {"width": size, "height": size, "spp": spp}
+    box = fluorspar.load_scene(SCENE).with_settings(**settings)
+    other = fluorspar.load_scene("cornell-mesh", parameters={"mesh": mesh} if mesh else None)
+    other = other.with_settings(**settings)
+    ours, plain, ratio = pairs(count, lambda seed: render(other, seed), lambda seed: render(box, seed))
+    name = Path(mesh).name if mesh else "the scene's own mesh"
+    return f"{ratio:.2f} x   ({ours:.2f} s against {plain:.2f} s, {name}, {size} x {size}, {spp} samples, {count} pairs)"
+
+
+def recorded(size: int, spp: int) -> str:
+    """Memory of light paths that are kept."""
+    paths = fluorspar.trace(SCENE, size=(size, size), spp=spp)
+    return f"{paths.nbytes / (size * size * spp):.0f} B a sample   ({size} x {size}, {spp} samples)"
 
 
 def against_few_bands(count: int) -> str:
@@ -200,14 +230,20 @@ def comparison(size: int) -> str:
     return "; ".join(found)
 
 
-TABLES: dict[str, tuple[str, Callable[[], str]]] = {
-    "stock": ("7 components x 69 bands + error / stock 1 band, 64 spp", lambda: against_stock(512, 64, 5)),
-    "stock-1024": ("the same at 1024 spp", lambda: against_stock(256, 1024, 3)),
-    "bands": ("97 bands / 9 bands", lambda: against_few_bands(5)),
-    "fluorophores": ("2, 3, 4 fluorophores a surface / 1", lambda: fluorophores(512, 64, 5)),
-    "memory": ("peak memory, 1024 x 1024 x 69, 256 spp, to .nc", memory),
-    "compare": ("compare two images, 1024 x 1024 x 69, 7 components", lambda: comparison(1024)),
-    "cold": ("64 x 64, 16 spp from a cold shell", cold_start),
+TABLES: dict[str, tuple[str, Callable[[argparse.Namespace], str]]] = {
+    "trace": ("trace alone / stock 1 band, 64 spp", lambda _: against_stock(512, 64, 5, trace_only)),
+    "stock": (
+        "7 components x 69 bands + error / stock 1 band, 64 spp",
+        lambda _: against_stock(512, 64, 5, render),
+    ),
+    "stock-1024": ("the same at 1024 spp", lambda _: against_stock(512, 1024, 2, render)),
+    "bands": ("97 bands / 9 bands", lambda _: against_few_bands(5)),
+    "fluorophores": ("2, 3, 4 fluorophores a surface / 1", lambda _: fluorophores(512, 64, 5)),
+    "mesh": ("a mesh in the box / the box", lambda given: mesh_cost(512, 64, 5, given.mesh)),
+    "paths": ("memory of light paths that are kept", lambda _: recorded(256, 64)),
+    "memory": ("peak memory, 1024 x 1024 x 69, 256 spp, to .nc", lambda _: memory()),
+    "compare": ("compare two images, 1024 x 1024 x 69, 7 components", lambda _: comparison(1024)),
+    "cold": ("64 x 64, 16 spp from a cold shell", lambda _: cold_start()),
 }
 
 
@@ -218,12 +254,14 @@ def main() -> None:
     parser.add_argument(
         "tables", nargs="*", metavar="TABLE", help=f"one of {', '.join(TABLES)}; default: all"
     )
-    chosen = parser.parse_args().tables or list(TABLES)
+    parser.add_argument("--mesh", metavar="FILE", help="mesh of the table 'mesh'")
+    arguments = parser.parse_args()
+    chosen = arguments.tables or list(TABLES)
     if unknown := set(chosen) - set(TABLES):
         parser.error(f"no such table: {', '.join(sorted(unknown))}")
     for name in chosen:
         label, measure = TABLES[name]
-        print(f"{label:<55} {measure()}", flush=True)
+        print(f"{label:<55} {measure(arguments)}", flush=True)
 
 
 if __name__ == "__main__":
