@@ -115,8 +115,8 @@ def mesh_cost(size: int, spp: int, count: int, mesh: str | None) -> str:
     other = fluorspar.load_scene("cornell-mesh", parameters={"mesh": mesh} if mesh else None)
     other = other.with_settings(**settings)
     ours, plain, ratio = pairs(count, lambda seed: render(other, seed), lambda seed: render(box, seed))
-    name = Path(mesh).name if mesh else "the scene's own mesh"
-    return f"{ratio:.2f} x   ({ours:.2f} s against {plain:.2f} s, {name}, {size} x {size}, {spp} samples, {count} pairs)"
+    what = f"{Path(mesh).name if mesh else 'its own mesh'}, {size} x {size}, {spp} samples, {count} pairs"
+    return f"{ratio:.2f} x   ({ours:.2f} s against {plain:.2f} s, {what})"
 
 
 def recorded(size: int, spp: int) -> str:

@@ -191,7 +191,7 @@ def trace(
     Returns
     -------
     LightPaths
-        About 84 bytes a sample in the Cornell box. `LightPaths.image` makes images of them.
+        About 98 bytes a sample in the Cornell box. `LightPaths.image` makes images of them.
 
     Raises
     ------
