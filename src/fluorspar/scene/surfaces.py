@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any
 
 from fluorspar.bispectral.library import material
@@ -20,6 +18,7 @@ from fluorspar.scene.plugin_spectra import (
     average_reflectance,
     plugin_spectrum,
 )
+from fluorspar.scene.recipe import Recipe
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["ABSORBS", "NO_LIGHT", "Light", "Surface", "SurfaceTable", "read_surfaces"]
@@ -78,54 +77,34 @@ class SurfaceTable:
     surfaces: list[Surface] = field(default_factory=list)
 
 
-def read_surfaces(
-    state: Any,
-    *,
-    base: Path,
-    overrides: Mapping[str, str | Path | Material],
-    matte: bool,
-    library: Sequence[str | Path] = (),
-) -> SurfaceTable:
+def read_surfaces(state: Any, recipe: Recipe) -> SurfaceTable:
     """Find the material rows and light rows of all shapes of a parsed scene.
 
     Parameters
     ----------
-    state
+    state : mitsuba.parser.ParserState
         Parsed scene; the variant set is `scalar_spectral`.
-    base
-        Folder against which file names of the scene are resolved.
-    overrides
-        Materials from outside, by shape or BSDF id.
-    matte
-        Render what is not matte as a diffuse surface of its average reflectance, with a warning.
-    library
-        Folders in which materials are looked for first.
+    recipe : Recipe
+        What it was parsed from: its folder, materials from outside, `matte` and libraries.
 
     Raises
     ------
     SceneError
         If a plugin cannot be handled, an id is unknown, or there is no light.
     """
-    return _Reader(state, base, overrides, matte, library).read()
+    return _Reader(state, recipe).read()
 
 
 class _Reader:
     """Walks over the nodes once; each distinct BSDF becomes one row, however many shapes use it."""
 
-    def __init__(
-        self,
-        state: Any,
-        base: Path,
-        overrides: Mapping[str, str | Path | Material],
-        matte: bool,
-        library: Sequence[str | Path],
-    ) -> None:
+    def __init__(self, state: Any, recipe: Recipe) -> None:
         self.state = state
-        self.base = base
-        self.overrides = dict(overrides)
-        self.unused = set(overrides)
-        self.matte = matte
-        self.library = library
+        self.base = recipe.base
+        self.overrides = recipe.materials
+        self.unused = set(recipe.materials)
+        self.matte = recipe.matte
+        self.library = recipe.library
         self.table = SurfaceTable()
         self.row_of_node: dict[int, int] = {}
         self.row_of_override: dict[str, int] = {}
@@ -242,10 +221,7 @@ class _Reader:
     def override(self, name: str) -> int:
         self.unused.discard(name)
         if name not in self.row_of_override:
-            chosen = self.overrides[name]
-            self.row_of_override[name] = self.add(
-                chosen if isinstance(chosen, Material) else material(chosen, self.library)
-            )
+            self.row_of_override[name] = self.add(self.overrides[name])
         return self.row_of_override[name]
 
     def add(self, surface_material: Material) -> int:
