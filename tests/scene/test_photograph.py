@@ -64,7 +64,7 @@ def test_linear_and_affine_projections_are_found_again(model, columns):
         (POINTS * [1, 1, 0], "affine", "one plane"),
         (POINTS * [1, 1, 0] + [0, 0, 559], None, "one plane"),
         (POINTS[:, :1] * [1.0, 2.0, 3.0], "linear", "one plane"),
-        (np.ones((8, 3)), "affine", "one plane"),
+        (np.ones((8, 3)), "affine", "too few"),
         (POINTS, "cubic", "linear, affine, perspective"),
         (POINTS * np.nan, None, "finite"),
     ],
@@ -169,12 +169,14 @@ def test_the_error_at_new_points_is_what_the_noise_allows():
 
 @pytest.mark.parametrize("n", [6, 7, 12])
 def test_computed_pixels_need_no_margin(n):
-    """Expected: without noise, also points that would magnify it are enough (a slab, six points)."""
+    """Expected: with the limit lifted, also points that would magnify noise are enough (a slab, six points)."""
     rng = np.random.default_rng(11)
     for _ in range(20):
         x = slab(rng, n, 0.01)
         new = turned(rng.uniform(-1, 1, (5, 3)), rng)
-        assert estimate_projection(x, seen(x)).project(new) == pytest.approx(seen(new), abs=1e-3)
+        assert estimate_projection(x, seen(x), largest_condition=1e7).project(new) == pytest.approx(
+            seen(new), abs=1e-3
+        )
 
 
 @pytest.mark.parametrize("model", ["linear", "affine", "perspective"])
@@ -191,7 +193,15 @@ def test_points_behind_the_camera_are_refused():
     x = turned(CUBE, np.random.default_rng(13))
     x[:3] -= [0, 0, 10]
     with pytest.raises(OptionError, match="3 of 8 points behind"):
-        estimate_projection(x, seen(x))
+        estimate_projection(x, seen(x), largest_condition=1e7)
+
+
+def test_the_condition_number_is_told():
+    """Expected: of an affine projection, length over thickness of the points; in the error too."""
+    x = CUBE * [1, 1, 0.1]
+    assert estimate_projection(x, x[:, :2] + x[:, 2:], "affine").condition == pytest.approx(10)
+    with pytest.raises(OptionError, match=r"(?s)condition number of 100.*at most 50"):
+        estimate_projection(x * [1, 1, 0.1], x[:, :2] + x[:, 2:], "affine")
 
 
 def test_points_and_pixels_must_correspond():

@@ -53,8 +53,8 @@ def turned_faces(mesh: trimesh.Trimesh, name: str) -> Mask:
     --------
     >>> import trimesh
     >>> ball = trimesh.creation.icosahedron()
-    >>> ball.invert()
-    >>> bool(turned_faces(ball, "ball").all())
+    >>> inside_out = trimesh.Trimesh(ball.vertices, ball.faces[:, ::-1], process=False)
+    >>> bool(turned_faces(inside_out, "ball").all())
     True
     """
     part, against, one_sided = _parts(mesh)
