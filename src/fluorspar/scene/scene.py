@@ -12,11 +12,12 @@ from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparError, SceneNotice
 from fluorspar.scene.kept_nodes import KeptNodes
+from fluorspar.scene.lights import Light
 from fluorspar.scene.nodes import build
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.sensor import sampler_node
 from fluorspar.scene.settings import Settings
-from fluorspar.scene.surfaces import Light, Surface
+from fluorspar.scene.surfaces import Surface
 from fluorspar.scene.variants import SPECTRUM_VARIANT, use_variant
 from fluorspar.spectral.wavelengths import Wavelengths
 
