@@ -88,9 +88,9 @@ class TestSettings:
         ],
     )
     def test_notices(self, part: str, notice: str, tmp_path: Path) -> None:
-        with pytest.warns(SceneNotice, match=notice) as said:
+        with pytest.warns(SceneNotice, match=notice) as notices:
             scene = load_scene(write(tmp_path, part, SKY, BALL))
-        assert len(said) == 1
+        assert len(notices) == 1
         render(scene, spp=1, wavelengths=GRID)  # says nothing more
 
 
@@ -448,9 +448,9 @@ class TestImport:
 def test_switching_variants_often_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Mitsuba reloads its integrators with each switch; from the 144th on that would bring a warning of
     Dr.Jit's."""
-    with use_variant("scalar_rgb"), warnings.catch_warnings(record=True) as said:
+    with use_variant("scalar_rgb"), warnings.catch_warnings(record=True) as notices:
         warnings.simplefilter("always")
         monkeypatch.setattr("drjit.ast._syntax_counter", 1000)
         with use_variant("llvm_ad_mono"):
             pass
-    assert said == []
+    assert notices == []
