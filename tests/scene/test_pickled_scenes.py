@@ -43,7 +43,8 @@ def write_room(
 ) -> Path:
     """A scene file with a mesh, a spectrum and an included file beside it."""
     (folder / "paint.spd").write_text("400 0.2\n500 0.7\n700 0.4\n")
-    trimesh.creation.icosphere(1).export(folder / "ball.ply")
+    for name in ("ball", "twin"):
+        trimesh.creation.icosphere(1).export(folder / f"{name}.ply")
     (folder / "lamp.xml").write_text(
         '<scene version="3.0.0"> <emitter type="constant"> <spectrum name="radiance" value="400:1, 700:2"/>'
         "</emitter> </scene>"
@@ -54,6 +55,7 @@ def write_room(
         <shape type="ply" id="ball"> <string name="filename" value="ball.ply"/>
             <transform name="to_world"> <scale value="$size"/> </transform>
             <bsdf type="diffuse" id="paint"> {reflectance} </bsdf> </shape>
+        <shape type="ply" id="twin"> <string name="filename" value="twin.ply"/> </shape>
         <shape type="rectangle" id="floor"> <transform name="to_world"> <scale value="3"/> </transform> </shape>
         </scene>"""
     )
@@ -219,6 +221,7 @@ def test_a_dict_may_change_after_it_was_loaded() -> None:
         ("room.xml", lambda path: path.write_text(path.read_text().replace('"3"', '"4"', 1))),
         ("lamp.xml", lambda path: path.write_text(path.read_text().replace("400:1", "400:3"))),
         ("ball.ply", lambda path: trimesh.creation.icosphere(2).export(path)),
+        ("twin.ply", lambda path: trimesh.creation.icosphere(2).export(path)),
         ("room.xml", Path.unlink),
         ("lamp.xml", Path.unlink),
         ("ball.ply", Path.unlink),

@@ -44,12 +44,14 @@ def fingerprint(state: Any) -> Fingerprint:
     names = [*map(str, state.files), *meshes]
     plugins = "\n".join(f"{node.props.plugin_name()} {node.props.id()}" for node in state.nodes)
     return Fingerprint(
-        tuple((name, _digest(Path(name))) for name in names if Path(name).is_file()),
+        tuple((name, _digest(Path(name))) for name in names),
         hashlib.sha256(plugins.encode()).hexdigest(),
     )
 
 
 def _digest(path: Path) -> str:
+    if not path.is_file():
+        return "missing"
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -92,14 +94,14 @@ class KeptNodes:
             except SceneError as err:
                 raise SceneError(f"{err}\n  in:       a scene loaded before, which is read again") from err
             now, before = fingerprint(state), self._fingerprint
-        digests = {digest for _, digest in now.files}
-        changed = [name for name, digest in before.files if digest not in digests]
-        if changed or len(now.files) != len(before.files) or now.nodes != before.nodes:
+        pairs = zip(before.files, now.files, strict=False)  # a file more or less is a change of another
+        changed = [name for (name, digest), (_, other) in pairs if digest != other]
+        if changed or now.nodes != before.nodes:
             raise SceneError(
                 message(
                     "the scene is no longer what was loaded",
                     where=self._recipe.name,
-                    got=f"{changed[0]} has changed or is gone" if changed else "other files or nodes",
+                    got=f"{changed[0]} has changed or is gone" if changed else "other nodes",
                     expected="the same files, and the same version of Mitsuba",
                     fix="load the scene again",
                 )
