@@ -4,10 +4,8 @@ Statistics
 ----------
 The bands of a pixel are almost fully correlated, so pixels are the independent observations, band by band. A
 standard error comes from B = min(spp, 32) batches, so a z-score is Student-t with B - 1 degrees of freedom,
-whose
-standard deviation is sqrt((B - 1) / (B - 3)) and not 1; `z_scores` divides by it. Skewed samples shift the
-mean of
-a t-value by -skew / (2 sqrt(spp)); each test says why its spp make that small.
+whose standard deviation is sqrt((B - 1) / (B - 3)) and not 1; `z_scores` divides by it. Skewed samples shift
+the mean of a t-value by -skew / (2 sqrt(spp)); each test says why its spp make that small.
 """
 
 from __future__ import annotations
@@ -55,8 +53,8 @@ def sampled(values: ArrayLike, grid: Wavelengths) -> Array:
 def luminescence(alpha: ArrayLike, beta: ArrayLike, grid: Wavelengths, equal: float = 0.5) -> Array:
     """Band-weighted luminescent operator of one dye, ndarray of shape (N, N): h alpha(em) beta(ex), em > ex.
 
-    Written out from section 1 of the design and not taken from the code under test. `beta` is normalised to
-    integral 1 over FINE, `equal` is the weight of em = ex.
+    Written out from its definition (docs/arrays.md) and not taken from the code under test. `beta` is normalised
+    to integral 1 over FINE, `equal` is the weight of em = ex.
     """
     a = sampled(alpha, grid)
     b = sampled(np.asarray(beta) / np.trapezoid(beta, FINE), grid)
@@ -97,9 +95,8 @@ def cavity(S: Array, D_L: Array, L: Array, scatterings: int | None = None) -> Ar
 def two_part_sphere(share: Array, S: Array, D_L: Array, L: Array) -> Array:
     """Components of what M materials on the inside of a sphere show, ndarray of shape (M, 7, N).
 
-    In a sphere every surface element sends the same share of its light to every other, so the incident
-    light is
-    uniform: E = sum_i a_i (L_i + D_i E).
+    In a sphere every surface element sends the same share of its light to every other, so the incident light
+    is uniform: E = sum_i a_i (L_i + D_i E).
 
     Parameters
     ----------
@@ -222,17 +219,15 @@ def block_sums(values: Array, blocks: int) -> Array:
 
 
 def bound(observations: int, chance: float = 1e-3) -> float:
-    """The |z| that the largest of so many normal values exceeds by chance with this probability
-    (Bonferroni)."""
+    """The |z| that the largest of so many normal values exceeds by chance with this probability (Bonferroni)."""
     return NormalDist().inv_cdf(1 - chance / (2 * observations))
 
 
 def assert_agrees(image: SpectralImage, others: Array, *, blocks: int, bias: float) -> dict[str, Any]:
     """Hold an image of BANDS against independent renders of stock Mitsuba.
 
-    Asserts that no block mean of any band is further off than the noise explains (bounded for their
-    number), and
-    that the mean over the image differs by less than `bias` in each band.
+    Asserts that no block mean of any band is further off than the noise explains (bounded for their number),
+    and that the mean over the image differs by less than `bias` in each band.
 
     Parameters
     ----------

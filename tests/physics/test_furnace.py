@@ -2,27 +2,21 @@
 
 Rationale
     The light in a closed, uniformly emitting cavity is the same at every point and in every direction,
-    whatever
-    its shape. So each of the seven components of each pixel has a closed form (design, section 5), with all
-    bounces
-    and all re-excitation in it. Nothing else tests every part of the method at once: shading, sampling
-    weights,
-    Russian roulette, reflection, luminescence and the Stokes limit.
+    whatever its shape. So each of the seven components of each pixel has a closed form (`lab.cavity`),
+    with all bounces and all re-excitation in it. Nothing else tests every part of the method at once:
+    shading, sampling weights, Russian roulette, reflection, luminescence and the Stokes limit.
 Expected
-    Component `source` exactly; every other component's image mean within 0.2 % of its closed form in each
-    of 69
-    bands that carry it; z-scores of the pixels with mean 0 and standard deviation 0.95-1.05.
+    Component `source` exactly; every other component's image mean within 0.2 % of its closed form in each of
+    69 bands that carry it; z-scores of the pixels with mean 0 and standard deviation 0.95-1.05.
 Samples
     64 x 64 pixels: the standard deviation of z over 4096 pixels is known to 1.2 %, so 0.95-1.05 is +-4
-    standard
-    errors. Direct reflection scatters most, 0.33 of its value per sample: at 128 samples the image mean is
-    known
-    to 0.33 / sqrt(4096 x 128) = 0.045 %, and 0.2 % is 4.4 standard errors. Pixel values have a skewness below
-    0.1 there, which shifts the mean z by less than 0.05. With S = 0.95 each path costs ten times as much, so
-    there 32 samples; direct light then is known to 0.09 % and may be 4.5 times that off, the rest 0.2 %.
-    Long paths are counted to the end instead of being left to roulette: roulette makes component 6 scatter
-    by 4.3
-    of its value per sample, and 0.2 % would take 10^8 paths. Roulette has a test of its own.
+    standard errors. Direct reflection scatters most, 0.33 of its value per sample: at 128 samples the image
+    mean is known to 0.33 / sqrt(4096 x 128) = 0.045 %, and 0.2 % is 4.4 standard errors. Pixel values have a
+    skewness below 0.1 there, which shifts the mean z by less than 0.05. With S = 0.95 each path costs ten
+    times as much, so there 32 samples; direct light then is known to 0.09 % and may be 4.5 times that off,
+    the rest 0.2 %. Long paths are counted to the end instead of being left to roulette: roulette makes
+    component 6 scatter by 4.3 of its value per sample, and 0.2 % would take 10^8 paths. Roulette has a test
+    of its own.
 Result
     Component 6 is 3.8 % of the light of the strong dye. Largest deviation of an image mean: 0.017 % with the
     strong dye; with S = 0.95 0.11 % for direct light and 0.035 % for the rest. Standard deviation of z
@@ -79,8 +73,7 @@ class Furnace:
 
 @pytest.fixture(scope="module")
 def strong(tmp_path_factory: pytest.TempPathFactory) -> Furnace:
-    """Strong dye whose excitation (490 nm) and emission (530 nm) overlap, 69 bands, unlimited, roulette
-    from 10."""
+    """Strong dye whose excitation (490 nm) and emission (530 nm) overlap, 69 bands, unlimited, roulette from 10."""
     S = 0.25 + 0.35 * (np.arange(481) / 480)
     folder = tmp_path_factory.mktemp("strong")
     return Furnace(folder, Wavelengths(), S, bell(530, 30, 0.55), bell(490, 30), 128, -1, 10)
@@ -137,8 +130,7 @@ def test_reexcited_light_counts(strong: Furnace) -> None:
 
 @pytest.mark.parametrize("which", ["strong", "bright"])
 def test_total(which: str, request: pytest.FixtureRequest) -> None:
-    """Image mean of the total within 0.2 % in every band; z-scores as stated in bands all over the
-    spectrum."""
+    """Image mean of the total within 0.2 % in every band; z-scores as stated in bands all over the spectrum."""
     furnace = request.getfixturevalue(which)
     expected = furnace.expected.sum(0)
     values, errors = values_and_errors(furnace.image)
@@ -151,8 +143,7 @@ def test_roulette_at_high_reflectance(tmp_path: Path) -> None:
     """S = 0.95, unlimited, roulette from depth 10: the path length is left to chance and nothing is lost.
 
     One sample scatters by 1.37 of its value (the number of bounces is geometric), so 64 x 64 x 64 samples
-    know the
-    mean to 0.27 %; one bounce weighted wrongly beyond depth 10 would show as far more than that.
+    know the mean to 0.27 %; one bounce weighted wrongly beyond depth 10 would show as far more than that.
     """
     grid = Wavelengths(400, 700, 20)
     scene = load_scene(write(tmp_path, furnace(SIZE, 64)), materials={"cavity": paint("white", 0.95)})

@@ -2,22 +2,20 @@
 
 Rationale
     On a grid the Stokes limit and the integrals over excitation are sums, so a picture depends on the grid a
-    little, and on the weight of excitation at the emission wavelength ("half" or "strict"). None of this
-    may come
-    from the renderer: the closed form of the furnace, with the matrix on the grid in use, has it all. Steps
-    of 2.5, 5 and 10 nm; 360-700 nm and 300-780 nm.
+    little, and on the weight of excitation at the emission wavelength ("half" or "strict"). None of this may
+    come from the renderer: the closed form of the furnace, with the matrix on the grid in use, has it all.
+    Steps of 2.5, 5 and 10 nm; 360-700 nm and 300-780 nm.
 Expected
     Components within 0.2 %, or 4.5 standard errors where these are larger. The visible part of a 300-780 nm
-    render is the
-    360-700 nm render plus what 300-360 nm excites, to single precision: the light paths are the same.
+    render is the 360-700 nm render plus what 300-360 nm excites, to single precision: the light paths are the
+    same.
 Samples
     48 x 48 x 96 paths, which know direct reflection to 0.07 % and the total to 0.02 %. Roulette looks at the
     brightest band, which depends on the grid; where paths must be the same it is off, and paths end at 12
     scatterings.
 Result
-    Direct light within 0.10 %, all other components within 0.05 %, the total within 0.03 %, on every grid
-    and with
-    either Stokes rule. Ultraviolet and visible light add up to the whole within 1e-5.
+    Direct light within 0.10 %, all other components within 0.05 %, the total within 0.03 %, on every grid and
+    with either Stokes rule. Ultraviolet and visible light add up to the whole within 1e-5.
 """
 
 from __future__ import annotations

@@ -2,12 +2,10 @@
 
 Rationale
     Closed forms of single surfaces pin down the units of every kind of light (radiance, intensity,
-    irradiance),
-    the factor 1 / pi and each material's own row, without bounces and almost without noise.
+    irradiance), the factor 1 / pi and each material's own row, without bounces and almost without noise.
 Expected
-    Exact where the estimator has no variance (directional light), else within 4.5 standard errors or the
-    size of
-    a pixel.
+    Exact where the estimator has no variance (directional light), else within 4.5 standard errors or the size
+    of a pixel.
 Result
     As expected: 1e-5 for directional light, 0.1 % for point and spot light.
 """
@@ -87,8 +85,7 @@ def test_disk_light(tmp_path: Path) -> None:
 
 
 def test_convex_body_in_uniform_light(tmp_path: Path) -> None:
-    """A convex body in uniform light L shows D L everywhere: 2e4 samples that scatter by 0.4, so known to
-    0.3 %."""
+    """A convex body in uniform light L shows D L everywhere: 2e4 samples that scatter by 0.4, so known to 0.3 %."""
     sky = f'<emitter type="constant"> {curve("radiance", light_values())} </emitter>'
     image = shown(tmp_path, sky, '<shape type="sphere" id="sheet"/>', spp=1024)
     values = image.dataset["radiance"].values.astype(float)

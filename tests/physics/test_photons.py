@@ -2,14 +2,12 @@
 
 Rationale
     In the uniformly emitting cavity, light that was scattered k times has the radiance D^k L_e. If D
-    conserves
-    photons, each of these holds as many photons as L_e, so with paths of at most N scatterings
+    conserves photons, each of these holds as many photons as L_e, so with paths of at most N scatterings
     sum(lambda y) = (N + 1) sum(lambda L_e), max_depth = N + 1. The rule holds for whatever D does between
     wavelengths; it is about how often light is scattered, and about luminescence in units of photons.
 Expected
     The image mean of sum(lambda y) / sum(lambda L_e) is N + 1 within 4.5 standard errors of it, which are
-    below
-    0.1 % of N + 1.
+    below 0.1 % of N + 1.
 Samples
     48 x 48 pixels, 64 samples: 1.5e5 paths, each of which scatters by less than 0.33 of its value.
     N = 60 is more than the vertices a record holds at a time.
@@ -31,8 +29,7 @@ GRID = Wavelengths(400, 700, 20)
 
 
 def photon_conserving() -> Material:
-    """S(ex) = 1 - sum over em of B(em, ex) em / ex, on GRID: what is not turned into longer waves is
-    reflected."""
+    """S(ex) = 1 - sum over em of B(em, ex) em / ex, on GRID: what is not turned into longer waves is reflected."""
     alpha, beta = bell(560, 50, 0.5), bell(480, 50)
     w = GRID.values
     S = 1 - (w @ luminescence(alpha, beta, GRID)) / w

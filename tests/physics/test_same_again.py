@@ -2,8 +2,7 @@
 
 Rationale
     A result that depends on the number of threads or on the order in which they finish cannot be checked by
-    anyone
-    else. Components that do not add up to the total exactly would make the split a matter of belief.
+    anyone else. Components that do not add up to the total exactly would make the split a matter of belief.
 Expected
     `numpy.array_equal`, no tolerance.
 Result

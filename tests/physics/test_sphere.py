@@ -1,29 +1,22 @@
 """A sphere of two materials, both emitting, each with its own spectrum.
 
 Rationale
-    Inside a sphere every element of surface sends the same share of its light to every other, so the
-    incident light
-    is uniform whatever is where: E = sum a_i (L_i + D_i E) with area fractions a_i (design, section 5).
-    Unlike a
-    furnace this has light that luminesces on one material and is reflected by the other, two material rows
-    and two
-    light rows: a row taken for another shows at once.
+    Inside a sphere every element of surface sends the same share of its light to every other, so the incident
+    light is uniform whatever is where: E = sum a_i (L_i + D_i E) with area fractions a_i (`lab.two_part_sphere`).
+    Unlike a furnace this has light that luminesces on one material and is reflected by the other, two
+    material rows and two light rows: a row taken for another shows at once.
 Expected
     The mean of each component over the pixels of each material within 0.5 % of the closed form.
 Geometry
-    The sphere is a mesh of 20480 flat triangles, split at z = 0.2 into a cap and the rest; area fractions
-    are those
-    of the mesh. A radiosity solution with 320, 1280 and 5120 triangles gave errors of the mean illumination
-    of
-    0.35 %, 0.08 % and 0.023 % on the cap, a quarter for each step: 0.006 % for this mesh, far below 0.5 %.
-    Between flat triangles that meet at small angles Mitsuba's rays lose 0.035 % of the direct light, in
-    stock `path`
-    as here. (Mitsuba's analytic `sphere` would not do: lit from inside, stock `path` shows direct light
-    0.42 % too bright.)
+    The sphere is a mesh of 20480 flat triangles, split at z = 0.2 into a cap and the rest; area fractions are
+    those of the mesh. A radiosity solution with 320, 1280 and 5120 triangles gave errors of the mean
+    illumination of 0.35 %, 0.08 % and 0.023 % on the cap, a quarter for each step: 0.006 % for this mesh, far
+    below 0.5 %. Between flat triangles that meet at small angles Mitsuba's rays lose 0.035 % of the direct
+    light, in stock `path` as here. (Mitsuba's analytic `sphere` would not do: lit from inside, stock `path`
+    shows direct light 0.42 % too bright.)
 Samples
-    Components scatter by up to 0.7 of their value per sample; 64 x 64 pixels of 512 samples, half of them
-    on the cap,
-    know each mean to 0.1 % or better, and 0.5 % is 5 standard errors.
+    Components scatter by up to 0.7 of their value per sample; 64 x 64 pixels of 512 samples, half of them on
+    the cap, know each mean to 0.1 % or better, and 0.5 % is 5 standard errors.
 Result
     Largest deviation 0.18 % (component 6 on the cap, 2.5 standard errors), of the total 0.06 %.
 """

@@ -81,8 +81,8 @@ def closed_form(reflectance: Array) -> Array:
 
 
 def test_furnace_with_two_luminescences(tmp_path: Path) -> None:
-    """Expected: components 1 to 5 as in design section 5, and component 6 of `bounces=2`, which is all light
-    that luminesced exactly twice: D_L F + S F' with F' = (1 - S)^-1 D_L F. Result: within 0.3 %."""
+    """Expected: components 1 to 5 as in `lab.cavity`, and component 6 of `bounces=2`, which is all light that
+    luminesced exactly twice: D_L F + S F' with F' = (1 - S)^-1 D_L F. Result: within 0.3 %."""
     scene = load_scene(write(tmp_path, furnace(16, 256)), materials={"cavity": paint("dye", S, *DYE)})
     found = observations(scene, replace(FAST, bounces=2, patch_samples=1024), seeds=4)
     for number, expected in enumerate(closed_form(S)):
@@ -238,8 +238,8 @@ def test_rendered_power_of_emitters(body: str, patches: int, smooth: bool, tmp_p
 
 
 def test_sphere_of_two_materials(tmp_path: Path) -> None:
-    """Design, section 5: uniform light in a sphere. Expected: within 0.8 % of the closed form, of which 0.1 %
-    is that of a sphere of 1280 triangles (see test_sphere.py)."""
+    """Rationale: the light in a sphere is uniform (`lab.two_part_sphere`). Expected: within 0.8 % of the closed
+    form, of which 0.1 % is that of a sphere of 1280 triangles (see test_sphere.py)."""
     import trimesh
 
     ball = trimesh.creation.icosphere(subdivisions=3)

@@ -1,26 +1,21 @@
 """Against stock Mitsuba: without luminescence, Fluorspar must show what the `path` integrator shows.
 
 Rationale
-    With D_L = 0 the method is an ordinary path tracer. Stock Mitsuba is an independent one, with all kinds
-    of lights
-    and cameras. Three bands of ours are its three channels: in rgb variants, `rgb` values are used as they
-    are.
+    With D_L = 0 the method is an ordinary path tracer. Stock Mitsuba is an independent one, with all kinds of
+    lights and cameras. Three bands of ours are its three channels: in rgb variants, `rgb` values are used as
+    they are.
 Expected
     No block mean of any band further off than noise explains, bounded for the number of blocks and bands, and
     the image mean within 0.1 % (Cornell box) in each band.
 Samples
     Both sides are estimates. Noise of ours from `standard_error`, of stock from the scatter of independent
-    seeds,
-    pooled over the 64 pixels of a block. In the Cornell box a sample scatters by 0.85 of the image mean on
-    either side, so 64 x 64 x 3072 samples on each know the difference to 0.035 %, and 0.1 % is 3 standard
-    errors.
-    The mean over many samples of a block is normal to a good approximation: 64 pixels x 1024 samples,
-    skewness of
-    single samples below 10.
+    seeds, pooled over the 64 pixels of a block. In the Cornell box a sample scatters by 0.85 of the image
+    mean on either side, so 64 x 64 x 3072 samples on each know the difference to 0.035 %, and 0.1 % is 3
+    standard errors. The mean over many samples of a block is normal to a good approximation: 64 pixels x 1024
+    samples, skewness of single samples below 10.
 Result
-    Cornell box: image means differ by 0.03 % in each band, the largest of 192 |z| is 3.1 (bound 4.6).
-    Lights: image
-    means differ by 0.01 to 0.25 %, the largest of 48 |z| is 2.9 (bound 4.3).
+    Cornell box: image means differ by 0.03 % in each band, the largest of 192 |z| is 3.1 (bound 4.6). Lights:
+    image means differ by 0.01 to 0.25 %, the largest of 48 |z| is 2.9 (bound 4.3).
 """
 
 from __future__ import annotations

@@ -28,8 +28,8 @@ def test_a_point_on_a_ray_projects_to_the_pixel_of_the_ray(sensor):
     they started, within single precision, also with a crop window and an offset principal point (Eq. 15)."""
     import mitsuba as mi
 
-    made = scene(**sensor)
-    camera = camera_of(made)
+    loaded = scene(**sensor)
+    camera = camera_of(loaded)
     pixels = np.random.default_rng(1).random((50, 2)) * [camera.width, camera.height]
     film = dict(sensor.get("film", {}))
     with use_variant("scalar_rgb"):
@@ -55,9 +55,9 @@ def test_points_behind_the_camera_have_no_pixel():
 
 def test_the_size_in_the_settings_counts():
     """Expected: twice the pixels, twice the coordinates."""
-    made = scene()
-    large = camera_of(made.with_settings(width=192, height=128))
-    assert large.project(POINTS) == pytest.approx(2 * camera_of(made).project(POINTS))
+    loaded = scene()
+    large = camera_of(loaded.with_settings(width=192, height=128))
+    assert large.project(POINTS) == pytest.approx(2 * camera_of(loaded).project(POINTS))
 
 
 def test_the_size_cannot_be_changed_with_a_crop_window():

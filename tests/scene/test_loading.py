@@ -88,9 +88,9 @@ class TestSettings:
         ],
     )
     def test_notices(self, part: str, notice: str, tmp_path: Path) -> None:
-        with pytest.warns(SceneNotice, match=notice) as said:
+        with pytest.warns(SceneNotice, match=notice) as notices:
             scene = load_scene(write(tmp_path, part, SKY, BALL))
-        assert len(said) == 1
+        assert len(notices) == 1
         render(scene, spp=1, wavelengths=GRID)  # says nothing more
 
 
@@ -289,8 +289,7 @@ class TestPlugin:
 class TestCameras:
     @pytest.mark.parametrize("plugin", ["perspective", "thinlens", "orthographic"])
     def test_all_see_what_stock_mitsuba_sees(self, plugin: str, tmp_path: Path) -> None:
-        """A lamp of radiance 1 and 3 in two halves, seen directly: noise at edges only and where out of
-        focus."""
+        """A lamp of radiance 1 and 3 in two halves, seen directly: noise at edges only and where out of focus."""
         extra = {
             "thinlens": '<float name="aperture_radius" value="0.5"/> <float name="focus_distance" value="3"/>'
         }.get(plugin, "")
@@ -383,8 +382,7 @@ class TestTraceScene:
         or not.
 
         In light that comes straight along the line of sight each shows its own reflectance / pi, seen from
-        the front and
-        from the back.
+        the front and from the back.
         """
         shapes, front, back = "", {}, {}
         for k in range(6):
@@ -437,8 +435,7 @@ class TestImport:
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
     def test_mitsuba_may_be_imported_first(self) -> None:
-        """Dr.Jit loads LLVM when it is imported. If that is one too old for it, it would abort the
-        process."""
+        """Dr.Jit loads LLVM when it is imported. If that is one too old for it, it would abort the process."""
         done = self.check(
             "import mitsuba, fluorspar\n"
             "try: print(fluorspar.render('furnace', size=(4, 4), spp=1, wavelengths='400:700:100').shape)\n"
@@ -451,9 +448,9 @@ class TestImport:
 def test_switching_variants_often_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Mitsuba reloads its integrators with each switch; from the 144th on that would bring a warning of
     Dr.Jit's."""
-    with use_variant("scalar_rgb"), warnings.catch_warnings(record=True) as said:
+    with use_variant("scalar_rgb"), warnings.catch_warnings(record=True) as notices:
         warnings.simplefilter("always")
         monkeypatch.setattr("drjit.ast._syntax_counter", 1000)
         with use_variant("llvm_ad_mono"):
             pass
-    assert said == []
+    assert notices == []

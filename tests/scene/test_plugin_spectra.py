@@ -18,8 +18,7 @@ FILM = '<sensor type="perspective"> <film type="hdrfilm"> <rfilter type="box"/> 
 
 
 def loaded(folder: Path, *, surface: str = "", light: str = "", matte: bool = False) -> Scene:
-    """A sphere with `surface` as its reflectance under a sky with `light` as its radiance, as XML
-    properties."""
+    """A sphere with `surface` as its reflectance under a sky with `light` as its radiance, as XML properties."""
     (folder / "scene.xml").write_text(
         f"""<scene version="3.0.0"> {FILM} <emitter type="constant"> {light} </emitter>
         <shape type="sphere" id="ball"> <bsdf type="diffuse"> {surface} </bsdf> </shape> </scene>"""
@@ -182,8 +181,7 @@ def test_a_texture_that_varies(tmp_path: Path) -> None:
 
 
 class TestMatte:
-    """`--matte`: what is not matte, or varies, becomes a diffuse surface of its average, with a warning
-    each."""
+    """`--matte`: what is not matte, or varies, becomes a diffuse surface of its average, with a warning each."""
 
     def test_texture(self, tmp_path: Path) -> None:
         checks = """<texture name="reflectance" type="checkerboard">

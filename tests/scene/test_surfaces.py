@@ -31,8 +31,8 @@ def grey(value: float) -> dict[str, Any]:
 
 
 def surface(of: Scene, name: str) -> Surface:
-    (found,) = [s for s in of.surfaces if s.name == name]
-    return found
+    (match,) = [s for s in of.surfaces if s.name == name]
+    return match
 
 
 def reflectance(of: Scene, row: int) -> float:
@@ -41,46 +41,48 @@ def reflectance(of: Scene, row: int) -> float:
 
 class TestRows:
     def test_each_surface_has_its_row(self) -> None:
-        made = scene(a={"type": "sphere", "bsdf": grey(0.2)}, b={"type": "cube", "bsdf": grey(0.7)})
-        assert [reflectance(made, surface(made, name).front) for name in "ab"] == pytest.approx([0.2, 0.7])
-        assert [surface(made, name).back for name in "ab"] == [ABSORBS, ABSORBS]
-        assert [surface(made, name).light for name in "ab"] == [NO_LIGHT, NO_LIGHT]
+        loaded = scene(a={"type": "sphere", "bsdf": grey(0.2)}, b={"type": "cube", "bsdf": grey(0.7)})
+        assert [reflectance(loaded, surface(loaded, name).front) for name in "ab"] == pytest.approx(
+            [0.2, 0.7]
+        )
+        assert [surface(loaded, name).back for name in "ab"] == [ABSORBS, ABSORBS]
+        assert [surface(loaded, name).light for name in "ab"] == [NO_LIGHT, NO_LIGHT]
 
     def test_a_shared_bsdf_is_one_row(self) -> None:
         shared = {"type": "ref", "id": "paint"}
-        made = scene(
+        loaded = scene(
             paint=grey(0.3),
             a={"type": "sphere", "bsdf": shared},
             b={"type": "cube", "bsdf": shared},
             c={"type": "disk"},
         )
-        assert surface(made, "a").front == surface(made, "b").front != surface(made, "c").front
+        assert surface(loaded, "a").front == surface(loaded, "b").front != surface(loaded, "c").front
 
     def test_equal_bsdfs_stay_apart(self) -> None:
         """Mitsuba merges equal BSDFs on load; an override of one must not reach the other."""
         paint = {**grey(0.3), "id": "first"}
         other = {**grey(0.3), "id": "second"}
-        made = scene(
+        loaded = scene(
             a={"type": "sphere", "bsdf": paint},
             b={"type": "sphere", "bsdf": other},
             materials={"second": Material("new", Spectrum.constant(0.9))},
         )
-        assert reflectance(made, surface(made, "a").front) == pytest.approx(0.3)
-        assert reflectance(made, surface(made, "b").front) == 0.9
+        assert reflectance(loaded, surface(loaded, "a").front) == pytest.approx(0.3)
+        assert reflectance(loaded, surface(loaded, "b").front) == 0.9
 
     def test_no_bsdf_is_mitsubas_default(self) -> None:
-        made = scene(a={"type": "sphere"}, b={"type": "sphere"})
-        assert surface(made, "a").front == surface(made, "b").front
-        assert reflectance(made, surface(made, "a").front) == 0.5
+        loaded = scene(a={"type": "sphere"}, b={"type": "sphere"})
+        assert surface(loaded, "a").front == surface(loaded, "b").front
+        assert reflectance(loaded, surface(loaded, "a").front) == 0.5
 
     def test_a_lamp_without_bsdf_is_black(self) -> None:
         """As in Mitsuba; a lamp with a BSDF reflects."""
         lamp = {"type": "area", "radiance": {"type": "spectrum", "value": 3.0}}
-        made = scene(
+        loaded = scene(
             a={"type": "sphere", "emitter": lamp}, b={"type": "sphere", "emitter": lamp, "bsdf": grey(0.4)}
         )
-        assert surface(made, "a").front == ABSORBS
-        assert reflectance(made, surface(made, "b").front) == pytest.approx(0.4)
+        assert surface(loaded, "a").front == ABSORBS
+        assert reflectance(loaded, surface(loaded, "b").front) == pytest.approx(0.4)
 
     def test_fluorescent(self) -> None:
         table = {"type": "irregular", "wavelengths": "300,500,780", "values": "0,1,0"}
@@ -91,21 +93,21 @@ class TestRows:
             "excitation": table,
             "concentration": 0.5,
         }
-        made = scene(a={"type": "sphere", "bsdf": dye})
-        material = made.materials[surface(made, "a").front]
+        loaded = scene(a={"type": "sphere", "bsdf": dye})
+        material = loaded.materials[surface(loaded, "a").front]
         assert material.fluorescent
         assert material.reflectance.at(500) == 0.25
         assert material.fluorophores[0].emission.at(500) == 0.5
         assert material.fluorophores[0].excitation.integral() == pytest.approx(1)
 
     def test_fluorescent_from_the_library(self) -> None:
-        made = scene(
+        loaded = scene(
             a={
                 "type": "sphere",
                 "bsdf": {"type": "fluorescent", "material": "poster-red:0.4,poster-green:0.6"},
             }
         )
-        assert len(made.materials[0].fluorophores) == 2
+        assert len(loaded.materials[0].fluorophores) == 2
 
     def test_fluorescent_from_a_donaldson_file(self, tmp_path: Path) -> None:
         """The file is found next to the scene file."""
@@ -120,16 +122,16 @@ class TestRows:
             <bsdf type="fluorescent"> <string name="donaldson" value="sheet.csv"/> </bsdf> </shape>
             </scene>"""
         )
-        (made,) = load_scene(tmp_path / "scene.xml").materials
-        band = made.on(Wavelengths(400, 600, 100)).band()
+        (loaded,) = load_scene(tmp_path / "scene.xml").materials
+        band = loaded.on(Wavelengths(400, 600, 100)).band()
         np.testing.assert_allclose(band, [[0.5, 0, 0], [0.2, 0.4, 0], [0.1, 0.1, 0.3]], atol=1e-12)
 
 
 class TestSides:
     def test_one_bsdf_in_twosided_is_one_row(self) -> None:
-        made = scene(a={"type": "rectangle", "bsdf": {"type": "twosided", "nested": grey(0.6)}})
-        assert surface(made, "a").front == surface(made, "a").back
-        assert len(made.materials) == 1
+        loaded = scene(a={"type": "rectangle", "bsdf": {"type": "twosided", "nested": grey(0.6)}})
+        assert surface(loaded, "a").front == surface(loaded, "a").back
+        assert len(loaded.materials) == 1
 
     def test_two_bsdfs_are_front_and_back(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text(
@@ -141,93 +143,97 @@ class TestSides:
             <bsdf type="diffuse"> <spectrum name="reflectance" value="0.8"/> </bsdf> </bsdf> </shape>
             </scene>"""
         )
-        made = load_scene(tmp_path / "scene.xml")
-        assert reflectance(made, surface(made, "a").front) == pytest.approx(0.1)
-        assert reflectance(made, surface(made, "a").back) == pytest.approx(0.8)
+        loaded = load_scene(tmp_path / "scene.xml")
+        assert reflectance(loaded, surface(loaded, "a").front) == pytest.approx(0.1)
+        assert reflectance(loaded, surface(loaded, "a").back) == pytest.approx(0.8)
 
     def test_fluorescent_within_twosided(self) -> None:
         nested = {"type": "fluorescent", "material": "poster-red"}
-        made = scene(a={"type": "rectangle", "bsdf": {"type": "twosided", "nested": nested}})
-        assert surface(made, "a").front == surface(made, "a").back == 0
-        assert made.materials[0].fluorescent
+        loaded = scene(a={"type": "rectangle", "bsdf": {"type": "twosided", "nested": nested}})
+        assert surface(loaded, "a").front == surface(loaded, "a").back == 0
+        assert loaded.materials[0].fluorescent
 
 
 class TestOverrides:
     new = Material("new", Spectrum.constant(0.9))
 
     def test_by_shape(self) -> None:
-        made = scene(
+        loaded = scene(
             a={"type": "sphere", "bsdf": grey(0.2)},
             b={"type": "sphere", "bsdf": grey(0.2)},
             materials={"a": self.new},
         )
-        assert reflectance(made, surface(made, "a").front) == 0.9
-        assert surface(made, "a").back == ABSORBS
-        assert reflectance(made, surface(made, "b").front) == pytest.approx(0.2)
+        assert reflectance(loaded, surface(loaded, "a").front) == 0.9
+        assert surface(loaded, "a").back == ABSORBS
+        assert reflectance(loaded, surface(loaded, "b").front) == pytest.approx(0.2)
 
     def test_by_bsdf_of_several_shapes(self) -> None:
         shared = {"type": "ref", "id": "paint"}
-        made = scene(
+        loaded = scene(
             paint=grey(0.3),
             a={"type": "sphere", "bsdf": shared},
             b={"type": "cube", "bsdf": shared},
             materials={"paint": self.new},
         )
         assert (
-            reflectance(made, surface(made, "a").front) == reflectance(made, surface(made, "b").front) == 0.9
+            reflectance(loaded, surface(loaded, "a").front)
+            == reflectance(loaded, surface(loaded, "b").front)
+            == 0.9
         )
 
     def test_of_a_twosided_shape_both_sides(self) -> None:
-        made = scene(
+        loaded = scene(
             a={"type": "rectangle", "bsdf": {"type": "twosided", "nested": grey(0.6)}},
             materials={"a": self.new},
         )
-        assert surface(made, "a").front == surface(made, "a").back
-        assert reflectance(made, surface(made, "a").back) == 0.9
+        assert surface(loaded, "a").front == surface(loaded, "a").back
+        assert reflectance(loaded, surface(loaded, "a").back) == 0.9
 
     @pytest.mark.parametrize("which", ["outer", "inner"])
     def test_of_a_twosided_bsdf(self, which: str) -> None:
         bsdf = {"type": "twosided", "id": "outer", "nested": {**grey(0.6), "id": "inner"}}
-        made = scene(a={"type": "rectangle", "bsdf": bsdf}, materials={which: self.new})
+        loaded = scene(a={"type": "rectangle", "bsdf": bsdf}, materials={which: self.new})
         assert (
-            reflectance(made, surface(made, "a").front) == reflectance(made, surface(made, "a").back) == 0.9
+            reflectance(loaded, surface(loaded, "a").front)
+            == reflectance(loaded, surface(loaded, "a").back)
+            == 0.9
         )
 
     def test_the_shape_wins_over_its_bsdf(self) -> None:
         bsdf = {**grey(0.2), "id": "paint"}
         other = Material("other", Spectrum.constant(0.7))
-        made = scene(
+        loaded = scene(
             a={"type": "sphere", "bsdf": bsdf},
             b={"type": "sphere", "bsdf": {"type": "ref", "id": "paint"}},
             materials={"a": self.new, "paint": other},
         )
-        assert reflectance(made, surface(made, "a").front) == 0.9
-        assert reflectance(made, surface(made, "b").front) == 0.7
+        assert reflectance(loaded, surface(loaded, "a").front) == 0.9
+        assert reflectance(loaded, surface(loaded, "b").front) == 0.7
 
     def test_of_a_lamp(self) -> None:
         """Emission and a material on one shape: both count."""
         lamp = {"type": "area", "radiance": {"type": "spectrum", "value": 3.0}}
-        made = scene(a={"type": "sphere", "emitter": lamp}, light=False, materials={"a": "poster-red"})
-        assert made.materials[surface(made, "a").front].fluorescent
-        assert surface(made, "a").light == 0
+        loaded = scene(a={"type": "sphere", "emitter": lamp}, light=False, materials={"a": "poster-red"})
+        assert loaded.materials[surface(loaded, "a").front].fluorescent
+        assert surface(loaded, "a").light == 0
 
     def test_what_is_overridden_need_not_be_supported(self) -> None:
-        made = scene(
+        loaded = scene(
             a={"type": "sphere", "bsdf": {"type": "conductor", "id": "metal"}}, materials={"metal": self.new}
         )
-        assert reflectance(made, surface(made, "a").front) == 0.9
+        assert reflectance(loaded, surface(loaded, "a").front) == 0.9
 
     def test_a_shape_that_is_overridden_need_not_be_supported(self) -> None:
-        made = scene(a={"type": "sphere", "bsdf": {"type": "conductor"}}, materials={"a": self.new})
-        assert reflectance(made, surface(made, "a").front) == 0.9
+        loaded = scene(a={"type": "sphere", "bsdf": {"type": "conductor"}}, materials={"a": self.new})
+        assert reflectance(loaded, surface(loaded, "a").front) == 0.9
 
     def test_by_name_and_mixture(self) -> None:
-        made = scene(
+        loaded = scene(
             a={"type": "sphere"},
             b={"type": "sphere"},
             materials={"a": "poster-red", "b": "poster-red:0.5,white-85:0.5"},
         )
-        assert [m.name for m in made.materials] == ["poster-red", "poster-red:0.5,white-85:0.5"]
+        assert [m.name for m in loaded.materials] == ["poster-red", "poster-red:0.5,white-85:0.5"]
 
     def test_unknown_id(self) -> None:
         with pytest.raises(SceneError, match=r"(?s)'lft-wall'.*left-wall.*did you mean left-wall"):
@@ -240,7 +246,7 @@ class TestOverrides:
 
 class TestLights:
     def test_every_kind(self) -> None:
-        made = scene(
+        loaded = scene(
             light=False,
             a={"type": "sphere", "emitter": {"type": "area", "radiance": {"type": "uniform", "value": 1.5}}},
             b={"type": "point", "position": [0, 1, 0], "intensity": {"type": "uniform", "value": 2.5}},
@@ -252,15 +258,15 @@ class TestLights:
             },
             e={"type": "constant", "radiance": {"type": "uniform", "value": 5.5}},
         )
-        found = {light.plugin: (light.spectrum.at(550), light.unit) for light in made.lights}
-        assert found == {
+        lights = {light.plugin: (light.spectrum.at(550), light.unit) for light in loaded.lights}
+        assert lights == {
             "area": (1.5, "W m-2 sr-1 nm-1"),
             "point": (2.5, "W sr-1 nm-1"),
             "spot": (3.5, "W sr-1 nm-1"),
             "directional": (4.5, "W m-2 nm-1"),
             "constant": (5.5, "W m-2 sr-1 nm-1"),
         }
-        assert made.lights[surface(made, "a").light].plugin == "area"
+        assert loaded.lights[surface(loaded, "a").light].plugin == "area"
 
     def test_each_shape_has_its_lamp(self) -> None:
         lamps = {
@@ -270,9 +276,9 @@ class TestLights:
             }
             for name, value in (("a", 1.0), ("b", 2.0), ("c", 1.0))
         }
-        made = scene(light=False, **lamps)
-        assert [made.lights[surface(made, name).light].spectrum.at(500) for name in "abc"] == [1, 2, 1]
-        assert len({surface(made, name).light for name in "abc"}) == 3
+        loaded = scene(light=False, **lamps)
+        assert [loaded.lights[surface(loaded, name).light].spectrum.at(500) for name in "abc"] == [1, 2, 1]
+        assert len({surface(loaded, name).light for name in "abc"}) == 3
 
     def test_none(self) -> None:
         with pytest.raises(SceneError, match="has no light"):

@@ -456,8 +456,8 @@ def test_the_back_of_a_surface_emits_as_well(flip):
 
 @pytest.mark.parametrize("shape", ["sphere", "cube"])
 def test_a_convex_body_in_uniform_light_is_lit_evenly(shape):
-    """Design, section 5: E = L on every patch of a convex body in uniform light L, whether it is a mesh or,
-    like a sphere, tessellated for its patches only. 2000 light paths of a scatter of 0.3 know it to 0.7 %."""
+    """Expected: E = L on every patch of a convex body in uniform light L, whether it is a mesh or, like a
+    sphere, tessellated for its patches only. 2000 light paths of a scatter of 0.3 know it to 0.7 %."""
     import mitsuba as mi
 
     from fluorspar.scene.variants import use_variant

@@ -30,7 +30,7 @@ class Camera:
     ----------
     matrix : ndarray of shape (3, 4)
         Its third row gives the depth along the viewing direction, in scene units.
-    width, height
+    width, height : int
         Pixels of the image.
     """
 

@@ -9,8 +9,9 @@ from typing import Any
 
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import SceneError, SceneNotice, message
-from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
-from fluorspar.scene.nodes import children, kind, label, parse_scene, resolving
+from fluorspar.scene.kept_nodes import KeptNodes
+from fluorspar.scene.nodes import children, kind, label, resolving
+from fluorspar.scene.recipe import recipe_of
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import film_node, sensor_node
 from fluorspar.scene.settings import UNLIMITED, Settings
@@ -37,23 +38,24 @@ def load_scene(
 
     Parameters
     ----------
-    source
+    source : str, Path or dict
         Path of an XML file, name of a built-in scene, or a scene dict as for `mitsuba.load_dict`
         (plain values and transforms; objects that are already built belong to another variant).
-    materials
+    materials : mapping of str to str, Path or Material
         Materials from outside, by shape or BSDF id: a `Material`, a name or mixture from the library, or a file.
-    matte
+    matte : bool
         Render textured, glossy and other surfaces as diffuse ones of their average reflectance, and
         environment maps as constant light, with a warning each.
-    parameters
+    parameters : mapping of str to object
         Values for the `$key` substitutions of an XML file.
-    library
+    library : sequence of str or Path
         Folders with materials of your own, looked into before those of the environment variable
         `FLUORSPAR_MATERIALS` and the shipped ones.
 
     Returns
     -------
     Scene
+        It can be pickled; a process that unpickles it reads its files again, by absolute paths.
 
     Raises
     ------
@@ -68,26 +70,14 @@ def load_scene(
     >>> [m.name for m in scene.materials if m.fluorescent]
     ['poster-green', 'poster-red']
     """
-    read: Path | dict[str, Any]
-    if isinstance(source, dict):
-        name, base, read = "dict", Path.cwd(), source
-    else:
-        name = str(source)
-        read = builtin_path(name) if name in BUILTIN else Path(source)
-        base = read.resolve().parent
-    values = {key: str(value) for key, value in (parameters or {}).items()}
-    given = dict(values)
-    if name in BUILTIN:
-        values = builtin_parameters(name, values)
-        if "mesh" in given:
-            given["mesh"] = str(Path(given["mesh"]).resolve())  # to be found from another folder too
-    with use_variant(SPECTRUM_VARIANT), resolving(base):
-        state = parse_scene(read, values)
-        settings = _settings(state)
-        table = read_surfaces(state, base=base, overrides=materials or {}, matte=matte, library=library)
-    return Scene(
-        name, tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, state, base, given
-    )
+    with use_variant(SPECTRUM_VARIANT):
+        recipe = recipe_of(source, materials=materials, matte=matte, parameters=parameters, library=library)
+        with resolving(recipe.base):
+            state = recipe.parse()
+            settings = _settings(state)
+            table = read_surfaces(state, recipe)
+            nodes = KeptNodes(recipe, state)
+    return Scene(tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, recipe, nodes)
 
 
 def _check_names(props: Any, plugin: str, known: tuple[str, ...]) -> None:

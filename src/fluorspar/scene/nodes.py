@@ -42,15 +42,17 @@ def resolving(base: Path) -> Iterator[None]:
         del resolver[0]
 
 
-def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str]) -> Any:
+def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str], *, where: str) -> Any:
     """Parse a scene into a `mitsuba.parser.ParserState`; a variant must be set.
 
     Parameters
     ----------
-    source
+    source : str, Path or dict
         Path of an XML file, or a Mitsuba scene dict.
-    parameters
+    parameters : dict of str to str
         Values for the `$key` substitutions of an XML file.
+    where : str
+        How messages call the scene.
 
     Raises
     ------
@@ -60,7 +62,6 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str])
     import mitsuba as mi
 
     config = parser_config(mi.variant())
-    where = "scene dict" if isinstance(source, dict) else str(source)
     if not isinstance(source, dict) and not Path(source).is_file():
         raise SceneError(
             message(

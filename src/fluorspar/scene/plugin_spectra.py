@@ -33,13 +33,13 @@ def plugin_spectrum(
 
     Parameters
     ----------
-    state
+    state : mitsuba.parser.ParserState
         Parsed scene; the variant set is `scalar_spectral`.
-    default
+    default : float
         The value where the scene gives none, as in Mitsuba.
-    label
+    label : str
         How the spectrum is called in messages.
-    emissive
+    emissive : bool
         Whether plain numbers and `rgb` values mean a light, which Mitsuba multiplies by D65, or a surface.
 
     Raises
@@ -51,19 +51,19 @@ def plugin_spectrum(
 
     props = state.nodes[index].props
     types = mi.Properties.Type
-    found = props.type(name) if name in props else types.Float
-    if found in (types.Float, types.Integer):
+    value_type = props.type(name) if name in props else types.Float
+    if value_type in (types.Float, types.Integer):
         number = float(props[name]) if name in props else default
         if emissive:  # Mitsuba's lights of a plain number are white, which means D65
             white = mi.load_dict({"type": "constant", "radiance": number})
             return _tabulate(white, _MITSUBA_RANGE, label)
         return Spectrum.constant(number, name=label)
-    if found == types.Spectrum:
+    if value_type == types.Spectrum:
         table = props[name]
         if table.is_uniform():
             return Spectrum.constant(float(table.values[0]), name=label)
         return Spectrum(np.array(table.wavelengths), np.array(table.values), name=label)
-    if found == types.Color:
+    if value_type == types.Color:
         rgb = [float(c) for c in props[name]]
         colour = {"type": "rgb", "value": rgb}
         if emissive:
@@ -72,12 +72,12 @@ def plugin_spectrum(
             what = "an rgb reflectance is outside 0 to 1"
             raise SpectrumError(message(what, where=label, got=rgb, expected="0 to 1"))
         return _tabulate(mi.load_dict(colour), _MITSUBA_RANGE, label)
-    if found != types.ResolvedReference:
+    if value_type != types.ResolvedReference:
         raise SceneError(
             message(
                 f"property '{name}' is not a spectrum",
                 where=label,
-                got=str(found),
+                got=str(value_type),
                 expected="a number, spectrum or texture",
             )
         )

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparError, SceneNotice
+from fluorspar.scene.kept_nodes import KeptNodes
+from fluorspar.scene.lights import Light
 from fluorspar.scene.nodes import build
+from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.sensor import sampler_node
 from fluorspar.scene.settings import Settings
-from fluorspar.scene.surfaces import Light, Surface
+from fluorspar.scene.surfaces import Surface
 from fluorspar.scene.variants import SPECTRUM_VARIANT, use_variant
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -23,55 +26,73 @@ __all__ = ["Scene"]
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene ready to be rendered.
+    """A scene ready to be rendered. It can be pickled, and rendered by another process that has its files.
 
     Attributes
     ----------
-    name
-        File name or name of the built-in scene.
-    materials
+    materials : tuple of Material
         The material table; `Surface.front` and `Surface.back` are rows of it.
-    lights
+    lights : tuple of Light
         The light table.
-    surfaces
+    surfaces : tuple of Surface
         All shapes.
-    settings
+    settings : Settings
         Size, samples and depths from the scene file.
-    nodes
-        The scene as Mitsuba's parser sees it.
-    base
-        Folder against which its file names are resolved.
-    parameters
-        The values given for the `$key` substitutions of its file; that of a mesh as an absolute path.
+    recipe : Recipe
+        What it was loaded from.
     """
 
-    name: str
     materials: tuple[Material, ...]
     lights: tuple[Light, ...]
     surfaces: tuple[Surface, ...]
     settings: Settings
-    nodes: Any
-    base: Path
-    parameters: Mapping[str, str] = field(default_factory=dict)
+    recipe: Recipe
+    _nodes: KeptNodes
 
     def __repr__(self) -> str:
         s = self.settings
         depths = f"max_depth {s.max_depth}, rr_depth {s.rr_depth}"
         lines = [f"<Scene '{self.name}': {s.width} x {s.height} pixels, {s.spp} samples, {depths}>"]
         lines += [f"  light    {light.name}: {light.plugin}, {light.unit}" for light in self.lights]
-        for row, made in enumerate(self.materials):
-            on = ", ".join(surface.name for surface in self.surfaces if row in (surface.front, surface.back))
-            lines.append(f"  material {made.name}{' (fluorescent)' if made.fluorescent else ''}: on {on}")
+        for row, material in enumerate(self.materials):
+            kind = " (fluorescent)" if material.fluorescent else ""
+            lines.append(f"  material {material.name}{kind}: on {self._names_with(row)}")
         return "\n".join(lines)
+
+    @property
+    def name(self) -> str:
+        """File name as it was given, name of the built-in scene, or "dict"."""
+        return self.recipe.name
+
+    @property
+    def nodes(self) -> Any:
+        """The scene as Mitsuba's parser sees it, a `mitsuba.parser.ParserState`; copy it to change it.
+
+        Raises
+        ------
+        SceneError
+            In another process than the one it was loaded in, if its files have changed or are gone since.
+        """
+        return self._nodes.state()
+
+    @property
+    def base(self) -> Path:
+        """Folder against which its file names are resolved."""
+        return self.recipe.base
+
+    @property
+    def parameters(self) -> Mapping[str, str]:
+        """The values given for the `$key` substitutions of its file; that of a mesh as an absolute path."""
+        return self.recipe.parameters
 
     def matrices(self, grid: Wavelengths, stokes: Stokes = "half") -> list[DonaldsonMatrix]:
         """Return the Donaldson matrices of all materials on a grid, by row of the table.
 
         Parameters
         ----------
-        grid
+        grid : Wavelengths
             N wavelengths.
-        stokes
+        stokes : {"half", "strict"}
             See `DonaldsonMatrix`.
 
         Raises
@@ -79,14 +100,17 @@ class Scene:
         MaterialError, SpectrumError
             As `Material.on`; the message says on which surfaces the material is.
         """
-        found = []
-        for row, made in enumerate(self.materials):
+        matrices = []
+        for row, material in enumerate(self.materials):
             try:
-                found.append(made.on(grid, stokes=stokes))
+                matrices.append(material.on(grid, stokes=stokes))
             except FluorsparError as err:
-                on = ", ".join(s.name for s in self.surfaces if row in (s.front, s.back))
-                raise type(err)(f"{err}\n  in:       material of {on}") from err
-        return found
+                raise type(err)(f"{err}\n  in:       material of {self._names_with(row)}") from err
+        return matrices
+
+    def _names_with(self, row: int) -> str:
+        """Names of the surfaces that have a material."""
+        return ", ".join(surface.name for surface in self.surfaces if row in (surface.front, surface.back))
 
     def with_settings(self, **changes: int | None) -> Scene:
         """Copy the scene with some settings changed; None leaves a setting as it is."""

@@ -39,13 +39,13 @@ class Settings:
 
     Parameters
     ----------
-    width, height
+    width, height : int
         Pixels of the image (of the crop window, where the film has one).
-    spp
+    spp : int
         Samples per pixel.
-    max_depth
+    max_depth : int
         As in Mitsuba: 1 is visible lights only, 2 adds direct light, -1 is unlimited.
-    rr_depth
+    rr_depth : int
         Depth from which Russian roulette may end a path.
     """
 

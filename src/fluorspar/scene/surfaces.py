@@ -3,63 +3,40 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any
 
-from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Material
-from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, SceneNotice, message
+from fluorspar.errors import SceneError, SceneNotice, message
+from fluorspar.scene.lights import LIGHTS, Light, read_light
 from fluorspar.scene.nodes import children, kind, label
-from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, STRINGS, check_properties, material_of_spectra
-from fluorspar.scene.plugin_spectra import (
-    SpatialVariation,
-    average_light,
-    average_reflectance,
-    plugin_spectrum,
-)
+from fluorspar.scene.recipe import Recipe
+from fluorspar.scene.surface_material import DEFAULT_REFLECTANCE, read_material
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["ABSORBS", "NO_LIGHT", "Light", "Surface", "SurfaceTable", "read_surfaces"]
+__all__ = ["ABSORBS", "NO_LIGHT", "Surface", "SurfaceTable", "read_surfaces"]
 
 ABSORBS = -1  # in place of a material row: a side that reflects nothing
 NO_LIGHT = -1  # in place of a light row: a surface that does not emit
 
-# Property that holds the spectrum, Mitsuba's default, unit.
-_LIGHTS = {
-    "area": ("radiance", 1.0, "W m-2 sr-1 nm-1"),
-    "constant": ("radiance", 1.0, "W m-2 sr-1 nm-1"),
-    "point": ("intensity", 1.0, "W sr-1 nm-1"),
-    "spot": ("intensity", 1.0, "W sr-1 nm-1"),
-    "directional": ("irradiance", 1.0, "W m-2 nm-1"),
-}
-_PROPERTIES = {"diffuse": ("reflectance",), FLUORESCENT: (*SPECTRA, *STRINGS, "concentration")}
-_AVERAGED_ENVIRONMENTS = ("envmap", "sunsky")
 _NOT_A_SURFACE = ("instance", "shapegroup", "merge")
-_DEFAULT_REFLECTANCE = 0.5  # Mitsuba's, of `diffuse` and of a shape without BSDF
-
-
-@dataclass(frozen=True)
-class Light:
-    """A light source and its spectral power distribution.
-
-    `spectrum` is the radiance, intensity or irradiance that Mitsuba gives this kind of light; `unit` says which.
-    """
-
-    name: str
-    plugin: str
-    spectrum: Spectrum
-    unit: str
-    node: int
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A shape of the scene: rows of the material table for its two sides, row of the light table.
+    """A shape of the scene.
 
-    `front` and `back` are `ABSORBS` where a side reflects nothing, `light` is `NO_LIGHT` where it does not emit.
+    Attributes
+    ----------
+    name : str
+        Its id, or its plugin and number.
+    node : int
+        Its number in `Scene.nodes`.
+    front, back : int
+        Rows of the material table for its two sides; `ABSORBS` where one reflects nothing.
+    light : int
+        Row of the light table; `NO_LIGHT` where it does not emit.
     """
 
     name: str
@@ -78,54 +55,32 @@ class SurfaceTable:
     surfaces: list[Surface] = field(default_factory=list)
 
 
-def read_surfaces(
-    state: Any,
-    *,
-    base: Path,
-    overrides: Mapping[str, str | Path | Material],
-    matte: bool,
-    library: Sequence[str | Path] = (),
-) -> SurfaceTable:
+def read_surfaces(state: Any, recipe: Recipe) -> SurfaceTable:
     """Find the material rows and light rows of all shapes of a parsed scene.
 
     Parameters
     ----------
-    state
+    state : mitsuba.parser.ParserState
         Parsed scene; the variant set is `scalar_spectral`.
-    base
-        Folder against which file names of the scene are resolved.
-    overrides
-        Materials from outside, by shape or BSDF id.
-    matte
-        Render what is not matte as a diffuse surface of its average reflectance, with a warning.
-    library
-        Folders in which materials are looked for first.
+    recipe : Recipe
+        What it was parsed from: its folder, materials from outside, `matte` and libraries.
 
     Raises
     ------
     SceneError
         If a plugin cannot be handled, an id is unknown, or there is no light.
     """
-    return _Reader(state, base, overrides, matte, library).read()
+    return _Reader(state, recipe).read()
 
 
 class _Reader:
     """Walks over the nodes once; each distinct BSDF becomes one row, however many shapes use it."""
 
-    def __init__(
-        self,
-        state: Any,
-        base: Path,
-        overrides: Mapping[str, str | Path | Material],
-        matte: bool,
-        library: Sequence[str | Path],
-    ) -> None:
+    def __init__(self, state: Any, recipe: Recipe) -> None:
         self.state = state
-        self.base = base
-        self.overrides = dict(overrides)
-        self.unused = set(overrides)
-        self.matte = matte
-        self.library = library
+        self.recipe = recipe
+        self.overrides = recipe.materials
+        self.unused = set(recipe.materials)
         self.table = SurfaceTable()
         self.row_of_node: dict[int, int] = {}
         self.row_of_override: dict[str, int] = {}
@@ -149,6 +104,21 @@ class _Reader:
         for _, index in children(self.state, 0):
             if kind(self.state.nodes[index]) == "Emitter":
                 self.light(index, where="the scene")
+        self.check_overrides(ids)
+        if not self.table.lights:
+            raise SceneError(
+                message(
+                    "the scene has no light",
+                    expected=f"an emitter, one of {', '.join(LIGHTS)}",
+                    fix="add an emitter to the scene",
+                )
+            )
+        if not self.table.materials:  # lamps alone: a table has a row
+            self.add(Material("black", Spectrum.constant(0.0, name="black")))
+        return self.table
+
+    def check_overrides(self, ids: list[str]) -> None:
+        """Refuse materials from outside for ids that the scene has not, and say which are not used."""
         if unknown := self.unused - set(ids):
             name = sorted(unknown)[0]
             close = get_close_matches(name, ids, n=3)
@@ -165,22 +135,10 @@ class _Reader:
             text = (
                 f"the material for '{name}' is not used: no surface that has no other material refers to it"
             )
-            warnings.warn(text, SceneNotice, stacklevel=4)
-        if not self.table.lights:
-            raise SceneError(
-                message(
-                    "the scene has no light",
-                    expected=f"an emitter, one of {', '.join(_LIGHTS)}",
-                    fix="add an emitter to the scene",
-                )
-            )
-        if not self.table.materials:
-            self.add(
-                Material("black", Spectrum.constant(0.0, name="black"))
-            )  # lamps alone: a table has a row
-        return self.table
+            warnings.warn(text, SceneNotice, stacklevel=5)
 
     def shape(self, index: int) -> None:
+        """Add a shape with its materials and its light."""
         node = self.state.nodes[index]
         where = f"shape {label(node, index)}"
         if node.props.plugin_name() in _NOT_A_SURFACE:
@@ -218,7 +176,7 @@ class _Reader:
         if bsdf is None:
             if self.default_row is None:
                 self.default_row = self.add(
-                    Material("default", Spectrum.constant(_DEFAULT_REFLECTANCE, name="default"))
+                    Material("default", Spectrum.constant(DEFAULT_REFLECTANCE, name="default"))
                 )
             return self.default_row, ABSORBS
         node = self.state.nodes[bsdf]
@@ -236,135 +194,23 @@ class _Reader:
         if (name := node.props.id()) in self.overrides:
             return self.override(name)
         if index not in self.row_of_node:
-            self.row_of_node[index] = self.add(self.material(index, f"BSDF {label(node, index)} of {where}"))
+            bsdf = f"BSDF {label(node, index)} of {where}"
+            self.row_of_node[index] = self.add(read_material(self.state, index, bsdf, self.recipe))
         return self.row_of_node[index]
 
     def override(self, name: str) -> int:
+        """Material row of a material from outside."""
         self.unused.discard(name)
         if name not in self.row_of_override:
-            chosen = self.overrides[name]
-            self.row_of_override[name] = self.add(
-                chosen if isinstance(chosen, Material) else material(chosen, self.library)
-            )
+            self.row_of_override[name] = self.add(self.overrides[name])
         return self.row_of_override[name]
 
-    def add(self, surface_material: Material) -> int:
-        self.table.materials.append(surface_material)
-        return len(self.table.materials) - 1
-
-    def material(self, index: int, where: str) -> Material:
-        """Read the material of a `diffuse` or `fluorescent` node; average any other under `--matte`."""
-        node = self.state.nodes[index]
-        plugin, props = node.props.plugin_name(), node.props
-        name = props.id() or where
-        if plugin in _PROPERTIES and (unknown := sorted(set(props.keys()) - set(_PROPERTIES[plugin]))):
-            # The BSDF is never built, so Mitsuba does not see it.
-            raise SceneError(
-                message(
-                    f"there is no property '{unknown[0]}'",
-                    where=where,
-                    expected=", ".join(_PROPERTIES[plugin]),
-                )
-            )
-        try:
-            if plugin == "diffuse":
-                return Material(name, self.spectrum(index, "reflectance", _DEFAULT_REFLECTANCE, where))
-            if plugin == FLUORESCENT:
-                return self.fluorescent(index, name, where)
-        except SpatialVariation:
-            if not self.matte:
-                raise
-        except FluorsparError as err:
-            raise err if where in str(err) else type(err)(f"{err}\n  in:       {where}") from err
-        if plugin == FLUORESCENT or not self.matte:
-            raise SceneError(
-                message(
-                    f"BSDF '{plugin}' is not a matte surface of one spectrum",
-                    where=where,
-                    expected=f"diffuse, twosided or {FLUORESCENT}, with spectra that are the same all over the surface",
-                    fix="replace it, or render it diffuse, of its average reflectance, with --matte (matte=True)",
-                )
-            )
-        warnings.warn(
-            f"{where} is rendered as a diffuse surface of its average reflectance",
-            ApproximationWarning,
-            stacklevel=2,
-        )
-        return Material(name, average_reflectance(self.state, index, name))
-
-    def fluorescent(self, index: int, name: str, where: str) -> Material:
-        props = self.state.nodes[index].props
-        check_properties(set(props.keys()), where)
-        if "material" in props:
-            made = material(props["material"], self.library, base=self.base)
-        elif "donaldson" in props:
-            made = material(self.base / props["donaldson"])
-        else:
-            has_dye = "emission" in props
-            reflectance, emission, excitation = (
-                self.spectrum(index, part, _DEFAULT_REFLECTANCE, f"{part} of {where}")
-                if has_dye or part == "reflectance"
-                else None
-                for part in SPECTRA
-            )
-            assert reflectance is not None
-            made = material_of_spectra(name, reflectance, emission, excitation)
-        return made.with_concentration(float(props["concentration"])) if "concentration" in props else made
-
-    def spectrum(self, index: int, name: str, default: float, where: str) -> Spectrum:
-        return plugin_spectrum(self.state, index, name, default=default, label=where)
-
     def light(self, index: int, where: str) -> int:
-        """Add the light row of an emitter node."""
-        node = self.state.nodes[index]
-        plugin, props = node.props.plugin_name(), node.props
-        name = props.id() or where
-        if plugin in _LIGHTS:
-            prop, default, unit = _LIGHTS[plugin]
-            if plugin == "spot" and "texture" in props:
-                raise SceneError(
-                    message(
-                        "a spot light with a texture is not supported",
-                        where=f"light {label(node, index)} of {where}",
-                    )
-                )
-            try:
-                spectrum = plugin_spectrum(
-                    self.state, index, prop, default=default, label=f"{prop} of light '{name}'", emissive=True
-                )
-            except SpatialVariation:
-                if not self.matte:
-                    raise
-                spectrum = self.average(index, name)
-        elif plugin in _AVERAGED_ENVIRONMENTS and self.matte:
-            spectrum, unit = self.average(index, name), _LIGHTS["constant"][2]
-        else:
-            raise SceneError(
-                message(
-                    f"light '{plugin}' is not supported",
-                    where=f"light {label(node, index)} of {where}",
-                    expected=f"one of {', '.join(_LIGHTS)}",
-                    fix="use --matte (matte=True) for a constant light of its average"
-                    if plugin in _AVERAGED_ENVIRONMENTS
-                    else "replace it",
-                )
-            )
-        if (spectrum.values < 0).any():
-            raise SceneError(
-                message(
-                    "a light is negative",
-                    where=f"light '{name}'",
-                    got=float(spectrum.values.min()),
-                    expected=">= 0",
-                )
-            )
-        self.table.lights.append(Light(name, plugin, spectrum, unit, index))
+        """Light row of an emitter node."""
+        self.table.lights.append(read_light(self.state, index, where, matte=self.recipe.matte))
         return len(self.table.lights) - 1
 
-    def average(self, index: int, name: str) -> Spectrum:
-        warnings.warn(
-            f"light '{name}' is rendered with its average radiance everywhere",
-            ApproximationWarning,
-            stacklevel=2,
-        )
-        return average_light(self.state, index, f"light '{name}'")
+    def add(self, material: Material) -> int:
+        """Row of a material that is new."""
+        self.table.materials.append(material)
+        return len(self.table.materials) - 1

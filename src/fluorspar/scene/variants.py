@@ -31,8 +31,8 @@ def find_llvm() -> Path | str | None:
         The user's `DRJIT_LIBLLVM_PATH`, else the library of the installed `karellen-llvm-core`
         package, else the system's; None if there is none.
     """
-    if chosen := os.environ.get("DRJIT_LIBLLVM_PATH"):
-        return chosen
+    if given := os.environ.get("DRJIT_LIBLLVM_PATH"):
+        return given
     try:
         files = metadata.files("karellen-llvm-core") or []
     except metadata.PackageNotFoundError:

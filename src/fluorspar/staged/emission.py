@@ -93,19 +93,19 @@ def patch_illumination(
 
     Parameters
     ----------
-    scene
+    scene : LoadedScene
         With its lights, or with an emitter array in their place.
-    array
+    array : EmitterArray
         The patches.
     albedo : ndarray of shape (rows, N)
     emission : ndarray of shape (emitters, N)
-    groups
+    groups : sequence of ndarray of int
         Bands that are wanted, the others are 0.
-    samples
+    samples : int
         Light paths per patch.
-    glows
+    glows : bool
         Whether the surface itself emits light, which is then taken out.
-    tick
+    tick : callable, optional
         Called after each group of bands and depth.
 
     Returns
@@ -152,13 +152,13 @@ def refine(
 
     Parameters
     ----------
-    array
+    array : EmitterArray
         Not a decimated one.
-    probe
+    probe : callable
         Function of an array, samples per patch and a stream number, that estimates E of its patches.
-    tolerance
+    tolerance : float
         The error to fall below.
-    samples
+    samples : int
         Light paths per eighth of a patch and estimate, to begin with.
 
     Returns

@@ -3,7 +3,31 @@
 "The paper" is Tominaga, Guarnera, Ohtera, "Spectral Image Rendering of Fluorescent Objects Using a
 Conventional Renderer", IEEE TVCG 2026, doi 10.1109/TVCG.2026.3668980. Symbols: y radiance towards the camera,
 S reflected and D_L luminescent radiance factor, E illumination (irradiance / pi), indices D direct, I
-indirect, F luminescent."""
+indirect, F luminescent.
+
+Where each equation is
+----------------------
+Eq. 1, Eq. 2
+    The Donaldson matrix and its factors: `DonaldsonMatrix`, `to_unit_norm`, `from_unit_norm`.
+Eq. 3, Eq. 4, Eq. 5, Eq. 6, Eq. 8
+    With the others up to Eq. 13, how radiance falls into components: the light E = f L on a surface, f its
+    shading, by the way it came (E_D, E_I, E_F); of each the reflection S E and the luminescence, the integral of
+    D_L E over excitation, which Eq. 4 takes up to the emission wavelength and including it (here it counts
+    half there, see `DonaldsonMatrix`). y1 = S E_D and y3 = S E_I come from the renderer, which multiplies
+    f, L and S in one; `indirect_reflection` tells them apart. All of them at once: the one-pass method.
+Eq. 7, Eq. 9
+    `luminescence`: y2 of E_D, y4 of E_I.
+Eq. 10
+    `luminescent_reflection`: y5 = S E_F, and before it `average_illumination`.
+Eq. 11
+    `illumination`: E_D of y1, E_I of y3.
+Eq. 12, Eq. 13
+    `total`.
+Eq. 14
+    The comparison of measured and rendered spectra: `compare`.
+Eq. 15, Eq. 16
+    Where points appear: `fluorspar.scene.camera.Camera`, `fluorspar.scene.photograph.estimate_projection`.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +52,9 @@ Array = NDArray[np.float64]
 
 
 def indirect_reflection(all_bounces: ArrayLike, direct: ArrayLike) -> Array:
-    """Return y3, what a render of unlimited depth shows beyond one of max_depth 2.
+    """Return y3 = S E_I, what a render of unlimited depth shows beyond one of max_depth 2, which is y1 = S E_D.
+
+    Eq. 3 to Eq. 6 and Eq. 8 of the paper; see the head of this file.
 
     Parameters
     ----------
@@ -86,7 +112,7 @@ def luminescence(matrix: DonaldsonMatrix, light: ArrayLike) -> Array:
 
     Parameters
     ----------
-    matrix
+    matrix : DonaldsonMatrix
         The surface.
     light : array_like of shape (..., N)
         E, W m-2 sr-1 nm-1.
@@ -115,7 +141,7 @@ def average_illumination(samples: ArrayLike, patch: ArrayLike, count: int) -> Ar
         E at the points.
     patch : array_like of shape (n,)
         The patch each point lies on.
-    count
+    count : int
         Number of patches K; one without points is dark.
 
     Returns
@@ -137,6 +163,15 @@ def average_illumination(samples: ArrayLike, patch: ArrayLike, count: int) -> Ar
 def luminescent_reflection(renders: Sequence[ArrayLike]) -> Array:
     """Return y5 = S E_F, the sum over objects of what each one's emitters show in the scene (Eq. 10).
 
+    Parameters
+    ----------
+    renders : sequence of array_like of shape (..., N)
+        W m-2 sr-1 nm-1.
+
+    Returns
+    -------
+    ndarray of shape (..., N)
+
     Examples
     --------
     >>> luminescent_reflection([[0.25, 0.0], [0.5, 0.25]])
@@ -147,6 +182,15 @@ def luminescent_reflection(renders: Sequence[ArrayLike]) -> Array:
 
 def total(components: Sequence[ArrayLike]) -> Array:
     """Return the sum of components (Eq. 13; Eq. 12 where D_L = 0, because y2 and y4 are 0 there).
+
+    Parameters
+    ----------
+    components : sequence of array_like of shape (..., N)
+        y1 to y5, and y0, a light source seen directly, if it is to be counted.
+
+    Returns
+    -------
+    ndarray of shape (..., N)
 
     Examples
     --------
@@ -159,7 +203,7 @@ def total(components: Sequence[ArrayLike]) -> Array:
 def relative_rmse(image: ArrayLike, reference: ArrayLike) -> float:
     """Return the root mean square difference of two images, divided by the mean of the second.
 
-    Over all values of the arrays; 0.01 means 1 % of the mean.
+    Over all values of the arrays, of one shape; 0.01 means 1 % of the mean.
 
     Examples
     --------

@@ -84,12 +84,12 @@ class Views:
 
     Attributes
     ----------
-    seeds
+    seeds : list of int
         Seed of each pass.
-    seen
+    seen : list of dict of int to (ndarray, ndarray)
         For each pass, by material row: small pixels that show it, and the pixels they belong to.
-    edge
-        ndarray of shape (Y, X), bool: pixels that show more than one row.
+    edge : ndarray of bool of shape (Y, X)
+        Pixels that show more than one row.
     """
 
     sampling: Sampling
@@ -127,14 +127,13 @@ class Layers:
 
     Attributes
     ----------
-    image
-        ndarray of shape (Y, X, N), W m-2 sr-1 nm-1.
-    light
-        By material row, ndarray of shape (Y, X, N): the illumination E of that material times the share of
-        the pixel it fills.
-    surplus
-        ndarray of shape (Y, X, N): the share 1 - S / albedo of what is seen of materials whose S is too small to
-        divide by, and which were rendered with a larger albedo; None where there are none.
+    image : ndarray of shape (Y, X, N)
+        W m-2 sr-1 nm-1.
+    light : dict of int to ndarray of shape (Y, X, N)
+        By material row, the illumination E of that material times the share of the pixel it fills.
+    surplus : ndarray of shape (Y, X, N), optional
+        The share 1 - S / albedo of what is seen of materials whose S is too small to divide by, and which were
+        rendered with a larger albedo; None where there are none.
     """
 
     image: Pixels
@@ -170,7 +169,7 @@ def render_bands(
     albedo, reflectance : ndarray of shape (rows, N)
         What the renderer is given, and S: they differ where S is too small to divide by.
     emission : ndarray of shape (emitters, N)
-    views
+    views : Views
         Its rows are the materials whose share of the image, as illumination, is wanted.
 
     Returns

@@ -24,9 +24,9 @@ class Intermediate:
 
     Parameters
     ----------
-    folder
+    folder : Path, optional
         Made if it does not exist.
-    grid
+    grid : Wavelengths
         Wavelengths of the images.
 
     Raises

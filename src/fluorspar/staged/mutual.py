@@ -33,11 +33,11 @@ class FluorescentObject:
 
     Attributes
     ----------
-    name, file
+    name, file : str
         In messages and attributes, and in file names.
-    glows
+    glows : bool
         Whether the surface is also a lamp.
-    per_face
+    per_face : bool
         Whether each face of the array is an emitter, not each patch.
     """
 

@@ -28,32 +28,32 @@ class StagedOptions:
 
     Parameters
     ----------
-    emitters
+    emitters : int
         N: a planar fluorescent surface becomes N x N emitters.
-    patches
+    patches : int
         K: any other fluorescent surface becomes K emitters.
-    mode
+    mode : {"true", "decimated"}
         What the emitters of a mesh are: `"true"`, patches of the surface itself; `"decimated"`, the faces of
         a decimated copy, as in the paper.
-    exclude_emitter_geometry
+    exclude_emitter_geometry : bool
         Leave the emitting object out of its own emitter render, as the paper did: only its emitters stand
         there, black and opaque, so that it reflects none of their light. In mode `"true"` they hide and absorb
         what the object would; in mode `"decimated"` the copy does. Not with `bounces` of 2 or more.
-    bounces
+    bounces : int
         1: light luminesces once (the paper). 2 and more: light that luminesced that often is carried on, and
         component 6 is estimated.
-    tolerance
+    tolerance : float, optional
         Subdivide the emitters until the emission differs by less than this, in the root mean square and
         relative to the mean, from that of its patch; None: leave `emitters` and `patches` as they are.
-    filter_edges
+    filter_edges : bool
         Median filter over 3 x 3 pixels on the luminescent components where a pixel shows two surfaces
         (section VIII-A of the paper). Not needed here, because E is found per sample and not per pixel.
-    keep_intermediate
+    keep_intermediate : Path, optional
         Folder for the intermediate images: E_D, E_I, L_F and the emitter render of each object.
-    repeats
+    repeats : int
         Independent seeds among which the samples are divided; the standard error is that of their mean. No
         more than there are samples per pixel.
-    patch_samples
+    patch_samples : int
         Light paths for the illumination of one emitter, in all repeats together.
 
     Raises

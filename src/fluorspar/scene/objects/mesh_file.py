@@ -22,12 +22,10 @@ class Triangles:
 
     Attributes
     ----------
-    vertices
-        ndarray of shape (V, 3).
-    faces
-        ndarray of shape (F, 3).
-    normals
-        ndarray of shape (V, 3); NaN where the file has none.
+    vertices : ndarray of shape (V, 3)
+    faces : ndarray of shape (F, 3)
+    normals : ndarray of shape (V, 3)
+        NaN where the file has none.
     """
 
     vertices: NDArray[np.float64]
@@ -57,34 +55,35 @@ def read_triangles(path: Path) -> Triangles:
             )
         )
     try:
-        read = trimesh.load(path, process=False)
-        parts = _joined(read if isinstance(read, trimesh.Scene) else trimesh.Scene(read))
+        loaded = trimesh.load(path, process=False)
+        triangles = _joined(loaded if isinstance(loaded, trimesh.Scene) else trimesh.Scene(loaded))
     except Exception as err:  # the readers raise whatever the damage leads to
         raise SceneError(
             message("the mesh cannot be read", where=path, got=err, expected="a mesh of triangles")
         ) from err
-    bad = int((~np.isfinite(parts.vertices)).any(axis=1).sum())
+    bad = int((~np.isfinite(triangles.vertices)).any(axis=1).sum())
     if bad:
         raise SceneError(
             message(
                 "the mesh has coordinates that are not finite numbers",
                 where=path,
-                got=f"{bad} of {len(parts.vertices)} vertices",
+                got=f"{bad} of {len(triangles.vertices)} vertices",
                 expected="finite coordinates",
                 fix="repair the mesh, or export it again",
             )
         )
-    area = trimesh.triangles.area(parts.vertices[parts.faces]).sum() if len(parts.faces) else 0.0
+    corners = triangles.vertices[triangles.faces]
+    area = trimesh.triangles.area(corners).sum() if len(corners) else 0.0
     if not 0 < area < np.inf:
         raise SceneError(
             message(
                 "the mesh has no faces with an area",
                 where=path,
-                got=f"{len(parts.vertices)} vertices, {len(parts.faces)} faces",
+                got=f"{len(triangles.vertices)} vertices, {len(triangles.faces)} faces",
                 expected="a mesh of triangles",
             )
         )
-    return parts
+    return triangles
 
 
 def _joined(scene: Any) -> Triangles:

@@ -35,7 +35,7 @@ def object_file(path: Path | None = None) -> Path:
 
     Parameters
     ----------
-    path
+    path : Path, optional
         A mesh, y up (OBJ, PLY, STL, glTF); None for the procedural one.
 
     Raises
@@ -105,10 +105,10 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
     """
     import trimesh
 
-    read = read_triangles(path)
+    triangles = read_triangles(path)
     # normals of triangles that are small in the unit of the file would be taken for those of none
-    low, extent = read.vertices.min(axis=0), float(np.ptp(read.vertices, axis=0).max())
-    mesh = repaired(replace(read, vertices=(read.vertices - low) / extent), path.name)
+    low, extent = triangles.vertices.min(axis=0), float(np.ptp(triangles.vertices, axis=0).max())
+    mesh = repaired(replace(triangles, vertices=(triangles.vertices - low) / extent), path.name)
     return trimesh.Trimesh(
         mesh.vertices * extent + low, mesh.faces, vertex_normals=mesh.vertex_normals, process=False
     )

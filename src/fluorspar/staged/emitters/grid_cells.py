@@ -19,9 +19,9 @@ def grid_cells(mesh: TriangleMesh, count: int) -> tuple[TriangleMesh, NDArray[np
 
     Parameters
     ----------
-    mesh
+    mesh : TriangleMesh
         Planar; a height over the plane, where there is a little, is kept.
-    count
+    count : int
         N; 1 or more.
 
     Returns

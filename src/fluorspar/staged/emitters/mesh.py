@@ -28,7 +28,7 @@ class TriangleMesh:
         Counterclockwise seen from the front.
     normals : ndarray of shape (V, 3), optional
         Vertex normals of a smooth surface.
-    deviation
+    deviation : float
         How far the surface may be from its triangles: 0, unless they stand for a curved shape.
 
     Raises

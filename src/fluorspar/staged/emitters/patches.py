@@ -31,13 +31,13 @@ class EmitterArray:
 
     Attributes
     ----------
-    mesh
+    mesh : TriangleMesh
         The surface itself.
-    patch
-        ndarray of shape (F,): the patch of each of its faces.
-    copy
+    patch : ndarray of shape (F,)
+        The patch of each of its faces.
+    copy : TriangleMesh, optional
         A decimated copy whose face k emits for patch k, if it is not the surface that emits.
-    surface, back, row
+    surface, back, row : int, bool, int
         Number of the surface in the scene, whether this is its back, and its material row.
     """
 
@@ -85,9 +85,9 @@ class EmitterArray:
 
         Parameters
         ----------
-        per_patch
+        per_patch : int
             Points on each.
-        seed
+        seed : int
             The same seed gives the same points.
 
         Returns
@@ -154,7 +154,7 @@ def split_patches(array: EmitterArray, chosen: NDArray[np.bool_]) -> tuple[Emitt
 
     Parameters
     ----------
-    array
+    array : EmitterArray
         Not a decimated one.
     chosen : ndarray of shape (K,), bool
         Which.

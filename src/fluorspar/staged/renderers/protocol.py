@@ -42,11 +42,11 @@ class LoadedScene(Protocol):
             Diffuse reflectance, 0 to 1.
         emission : ndarray of shape (emitters, B)
             Radiance, intensity or irradiance, as the light has it.
-        max_depth
+        max_depth : int
             1: emitters seen directly; 2: direct light too; -1: all bounces.
-        seed
+        seed : int
             The same seed gives the same light paths up to `max_depth`, whatever the spectra.
-        scale
+        scale : int
             Small pixels per pixel along each side.
 
         Returns
@@ -80,10 +80,10 @@ class LoadedScene(Protocol):
         ----------
         points, normals : ndarray of shape (n, 3)
             Where; the normals point away from the side in question.
-        surface, back
+        surface, back : int, bool
             Number of the surface in `Scene.surfaces`, and whether its back is meant. In a scene loaded with
             an array, the patches of the array are the surface that they stand for, unless they are black.
-        offset
+        offset : float
             How far above the surface the probe looks from.
 
         Returns
@@ -122,13 +122,13 @@ class Renderer(Protocol):
 
         Parameters
         ----------
-        scene
+        scene : Scene
             Geometry, camera and size.
-        array
+        array : EmitterArray, optional
             The pieces `array.emitters()` take the place of the surface they are made of, reflectance
             included. Where the array is a coarse copy (`array.copy`), black pieces are added to the scene
             instead.
-        keep_object
+        keep_object : bool
             False: the emitting object is left out, and its emitters are black.
         """
         ...

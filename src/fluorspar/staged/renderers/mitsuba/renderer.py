@@ -42,7 +42,7 @@ class MitsubaRenderer:
 
     Parameters
     ----------
-    backend
+    backend : str
         `"llvm"` or `"cuda"`.
 
     Examples

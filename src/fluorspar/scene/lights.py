@@ -1,0 +1,125 @@
+"""Which lights a scene may hold, and the spectrum of each."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+from fluorspar.errors import ApproximationWarning, SceneError, message
+from fluorspar.scene.nodes import label
+from fluorspar.scene.plugin_spectra import SpatialVariation, average_light, plugin_spectrum
+from fluorspar.spectral.spectrum import Spectrum
+
+__all__ = ["LIGHTS", "Light", "read_light"]
+
+LIGHTS = {
+    "area": ("radiance", "W m-2 sr-1 nm-1"),
+    "constant": ("radiance", "W m-2 sr-1 nm-1"),
+    "point": ("intensity", "W sr-1 nm-1"),
+    "spot": ("intensity", "W sr-1 nm-1"),
+    "directional": ("irradiance", "W m-2 nm-1"),
+}
+"""Emitter plugins, the property that holds their spectrum, and its unit."""
+
+_DEFAULT = 1.0  # Mitsuba's, where a scene gives no spectrum
+_AVERAGED = ("envmap", "sunsky")  # environments that `matte` turns into a constant one
+
+
+@dataclass(frozen=True)
+class Light:
+    """A light source and its spectral power distribution.
+
+    Attributes
+    ----------
+    name : str
+        Id of the emitter, or the shape it is on.
+    plugin : str
+        One of `LIGHTS`, or an environment that is rendered as its average.
+    spectrum : Spectrum
+        The radiance, intensity or irradiance that Mitsuba gives this kind of light.
+    unit : str
+        Says which.
+    node : int
+        Number of the emitter in `Scene.nodes`.
+    """
+
+    name: str
+    plugin: str
+    spectrum: Spectrum
+    unit: str
+    node: int
+
+
+def read_light(state: Any, index: int, where: str, *, matte: bool) -> Light:
+    """Read an emitter node.
+
+    Parameters
+    ----------
+    state : mitsuba.parser.ParserState
+        Parsed scene; the variant set is `scalar_spectral`.
+    index : int
+        The node.
+    where : str
+        What the light is on, for messages.
+    matte : bool
+        Render a light that varies as one of its average radiance, with a warning.
+
+    Raises
+    ------
+    SceneError
+        If the light is of another kind, varies, or is negative.
+    """
+    node = state.nodes[index]
+    plugin, props = node.props.plugin_name(), node.props
+    name = props.id() or where
+    if plugin in LIGHTS:
+        quantity, unit = LIGHTS[plugin]
+        if plugin == "spot" and "texture" in props:
+            raise SceneError(
+                message(
+                    "a spot light with a texture is not supported",
+                    where=f"light {label(node, index)} of {where}",
+                )
+            )
+        spectrum_name = f"{quantity} of light '{name}'"
+        try:
+            spectrum = plugin_spectrum(
+                state, index, quantity, default=_DEFAULT, label=spectrum_name, emissive=True
+            )
+        except SpatialVariation:
+            if not matte:
+                raise
+            spectrum = _average(state, index, name)
+    elif plugin in _AVERAGED and matte:
+        spectrum, unit = _average(state, index, name), LIGHTS["constant"][1]
+    else:
+        raise SceneError(
+            message(
+                f"light '{plugin}' is not supported",
+                where=f"light {label(node, index)} of {where}",
+                expected=f"one of {', '.join(LIGHTS)}",
+                fix="use --matte (matte=True) for a constant light of its average"
+                if plugin in _AVERAGED
+                else "replace it",
+            )
+        )
+    if (spectrum.values < 0).any():
+        raise SceneError(
+            message(
+                "a light is negative",
+                where=f"light '{name}'",
+                got=float(spectrum.values.min()),
+                expected=">= 0",
+            )
+        )
+    return Light(name, plugin, spectrum, unit, index)
+
+
+def _average(state: Any, index: int, name: str) -> Spectrum:
+    warnings.warn(
+        f"light '{name}' is rendered with its average radiance everywhere",
+        ApproximationWarning,
+        stacklevel=3,
+    )
+    return average_light(state, index, f"light '{name}'")

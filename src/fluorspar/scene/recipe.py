@@ -1,0 +1,122 @@
+"""What a scene was loaded from: plain values, from which another process can read it again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fluorspar.bispectral.library import material
+from fluorspar.bispectral.material import Material
+from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
+from fluorspar.scene.nodes import parse_scene
+from fluorspar.scene.scene_dict import plain_dict
+
+__all__ = ["Recipe", "recipe_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Recipe:
+    """What a scene was loaded from; see `load_scene`.
+
+    Attributes
+    ----------
+    name : str
+        What the user called it: a path as it was given, a built-in name, or "dict".
+    source : Path, str or dict
+        Absolute path of an XML file, name of a built-in scene, or a scene dict of plain values.
+    parameters : mapping of str to str
+        Values for the `$key` substitutions; that of a mesh of `cornell-mesh` is an absolute path.
+    materials : mapping of str to Material
+        Materials from outside, by shape or BSDF id.
+    matte : bool
+        Whether what is not matte is rendered as its average.
+    library : tuple of Path
+        Folders with materials of the user's, absolute.
+    folder : Path
+        The working folder when the scene was loaded: that of the file names in a dict.
+    """
+
+    name: str
+    source: Path | str | dict[str, Any]
+    parameters: Mapping[str, str]
+    materials: Mapping[str, Material]
+    matte: bool
+    library: tuple[Path, ...]
+    folder: Path
+
+    @property
+    def file(self) -> Path | None:
+        """The XML file, None for a dict."""
+        if isinstance(self.source, dict):
+            return None
+        return builtin_path(self.source) if isinstance(self.source, str) else self.source
+
+    @property
+    def base(self) -> Path:
+        """Folder against which file names of the scene are resolved."""
+        return self.folder if self.file is None else self.file.parent
+
+    def parse(self) -> Any:
+        """Parse it into a `mitsuba.parser.ParserState`; the variant must be `scalar_spectral`.
+
+        Raises
+        ------
+        SceneError
+            As `parse_scene`; or if a mesh of the user's cannot be read.
+        """
+        if isinstance(self.source, dict):
+            return parse_scene(self.source, {}, where="scene dict")
+        values = dict(self.parameters)
+        if isinstance(self.source, str):
+            values = builtin_parameters(self.source, values)
+        return parse_scene(self.file or self.source, values, where=self.name)
+
+
+def recipe_of(
+    source: str | Path | dict[str, Any],
+    *,
+    materials: Mapping[str, str | Path | Material] | None = None,
+    matte: bool = False,
+    parameters: Mapping[str, object] | None = None,
+    library: Sequence[str | Path] = (),
+) -> Recipe:
+    """Make the recipe of what `load_scene` is given; the variant must be `scalar_spectral`.
+
+    Raises
+    ------
+    SceneError
+        If a dict holds a value that cannot be pickled.
+    MaterialError, SpectrumError
+        If a material from outside is unknown or impossible.
+
+    Examples
+    --------
+    >>> recipe_of("furnace", parameters={"spp": 4}).parameters
+    {'spp': '4'}
+    """
+    values = {name: str(value) for name, value in (parameters or {}).items()}
+    absolute: Path | str | dict[str, Any]
+    if isinstance(source, dict):
+        absolute = plain_dict(source)
+    elif str(source) in BUILTIN:
+        absolute = str(source)
+        if "mesh" in values:
+            values["mesh"] = str(Path(values["mesh"]).resolve())
+    else:
+        absolute = Path(source).resolve()
+    outside = {
+        name: given if isinstance(given, Material) else material(given, library)
+        for name, given in (materials or {}).items()
+    }
+    name = "dict" if isinstance(source, dict) else str(source)
+    return Recipe(
+        name,
+        absolute,
+        values,
+        outside,
+        matte,
+        tuple(Path(folder).resolve() for folder in library),
+        Path.cwd(),
+    )
