@@ -77,10 +77,17 @@ class TestPointsByHand:
     b = np.array([[4.0, 4, 4, 4, 4, 4, 4], [2, 2, 2, 2, 2, 2, 2]])
 
     def test_equation_14_normalised_at_a_point(self):
-        """Point b: (0.5, ..., 2.5, ...) - 0.5 is 2 in one band of seven; point a: nothing."""
+        """Point b: (0.5, ..., 2.5, ...) - (0.5, ...) is 2 in one band of seven; point a: nothing. One root over all:
+        sqrt(4 / 14); the mean of the roots of each: 2 / sqrt(7) / 2."""
         found = compare(table_of(self.a), table_of(self.b), match="a")
         np.testing.assert_allclose(found.points.rmse, [0, 2 / np.sqrt(7)], atol=1e-15)
+        assert found.value("rmse_eq14") == pytest.approx(np.sqrt(4 / 14))
         assert found.value("rmse") == pytest.approx(1 / np.sqrt(7))
+        points = json.loads(found.to_json())["points"]
+        assert points["rmse_eq14"] == pytest.approx(np.sqrt(4 / 14))
+        assert points["rmse"] == pytest.approx(1 / np.sqrt(7))
+        assert "RMSE, Eq. 14 0.53452   (one root over all points)" in found.text()
+        assert "mean RMSE    0.37796" in found.text()
         assert (found.mean_a, found.mean_b, found.scale) == (2, 4, 0.5)
 
     def test_as_they_are(self):
@@ -257,11 +264,13 @@ class TestColour:
 
     def test_equation_14_is_named_with_a_point_only(self):
         table = table_of(np.ones((2, 7)))
-        assert "E{RMSE}" in compare(table, table, match="a").text()
+        assert "Eq. 14" in compare(table, table, match="a").text()
         for match in ("none", "luminance"):
             found = compare(table, table, match=match)
-            assert "E{RMSE}" not in found.text()
+            assert "Eq. 14" not in found.text()
             assert "Eq. 14" not in report(found)
+            with pytest.raises(OptionError, match=r"(?s)rmse_eq14 is of points.*one to match at"):
+                found.value("rmse_eq14")
 
 
 class TestSides:
