@@ -160,55 +160,39 @@ def explained_by_noise(
     """
     d = differences
     known = np.isfinite(d.squares) & np.isfinite(d.variances)
-    if not known.any():
+    blocks = _in_blocks(d, known)
+    if not len(blocks.squares):
         return None
     of_points = d.squares.ndim == 1
-    fewest = float(np.min(np.broadcast_to(d.freedom, known.shape)[known]))
-    quiet = known & (d.variances + scale_error**2 * d.level_squares == 0)
-    unexplained = int(np.sum(quiet & (d.squares > _ROUNDING**2 * d.level_squares) & (known_of not in _OTHER)))
-    each = np.stack(
-        [
-            d.squares,
-            d.variances,
-            d.means,
-            d.mean_errors**2,
-            d.mean_errors**4 / d.freedom,
-            d.levels,
-            d.level_squares,
-        ]
-    )
-    sums = np.where(known, each, 0.0) if of_points else _block_sums(np.where(known, each, 0.0))
-    squares, variances, means, of_mean, of_mean_squared, levels, level_squares = sums[:, sums[1] > 0]
-    if not len(squares):
-        return None
     # all blocks share the error of the scale
-    shared, shared_of_mean = scale_error**2 * level_squares, (scale_error * levels) ** 2
-    variances, of_mean = variances + shared, of_mean + shared_of_mean
-    freedom = combined_freedom(of_mean, of_mean_squared + shared_of_mean**2 / fewest)
-    ratios = squares / variances
-
-    z = normal_score(means / np.sqrt(of_mean), freedom)
-    tied = np.sqrt(shared_of_mean / of_mean)
-    mean_z = float(np.sum(z) / np.sqrt(np.sum(1 - tied**2) + np.sum(tied) ** 2))
-    # bands that are fully correlated have one deviation, the root mean square; others scatter less
-    deviations = np.append(z, normal_score(np.sqrt(ratios), freedom)) if of_points else z
-    bound = _bound(len(deviations) + 2)
-
+    variances = blocks.variances + scale_error**2 * blocks.level_squares
+    shared = (scale_error * blocks.levels) ** 2
+    of_mean = blocks.mean_errors**2 + shared
+    freedom = combined_freedom(
+        of_mean, blocks.mean_errors**4 / blocks.freedom + shared**2 / np.min(d.freedom)
+    )
+    z = normal_score(blocks.means / np.sqrt(of_mean), freedom)
+    tied = shared / of_mean
+    mean_z = float(z.sum() / np.sqrt(np.sum(1 - tied) + np.sum(np.sqrt(tied)) ** 2))
+    if (
+        of_points
+    ):  # fully correlated bands have one deviation, their root mean square; that of others varies less
+        z = np.append(z, normal_score(np.sqrt(blocks.squares / variances), freedom))
+    block_z, bound = float(np.abs(z).max()), _bound(len(z) + 2)
     # the mean of a ratio to an estimate of n degrees of freedom is n / (n - 2)
-    ratios = ratios * np.maximum(1 - 2 / freedom, 1 / 3)
-    mean, scatter, shared_part = float(ratios.mean()), _scatter(ratios), float(np.mean(shared / variances))
-    # the square of the one error that all share is beyond bound^2 no more often than the error beyond the bound
-    share_t = (mean - 1) / max(scatter + shared_part * bound, _LEAST_SCATTER)
+    ratios = blocks.squares / variances * np.maximum(1 - 2 / freedom, 1 / 3)
+    tied_square = float(np.mean(1 - blocks.variances / variances))
+    mean, scatter = float(ratios.mean()), _scatter(ratios)
+    # the square of the one error that all share is beyond bound^2 no more often than that error beyond the bound
+    share_t = (mean - 1) / max(scatter + tied_square * bound, _LEAST_SCATTER)
     share_z = float(normal_score(share_t, max(len(ratios) - 1, 1)))
-
-    equal = not d.squares[known].any()
-    doubt = "" if equal else _doubt(known_of, same_seed)
-    block_z = float(np.abs(deviations).max())
+    unexplained = 0 if known_of in _OTHER else _without_noise(d, known, scale_error)
+    doubt = _doubt(known_of, same_seed) if d.squares[known].any() else ""
     beyond = max(block_z, abs(mean_z), share_z) > bound
     return NoiseVerdict(
         known_of,
         share=1 / mean if mean > 0 else np.inf,
-        share_uncertainty=float(np.hypot(scatter, np.sqrt(2) * shared_part)) / mean**2
+        share_uncertainty=float(np.hypot(scatter, np.sqrt(2) * tied_square)) / mean**2
         if mean > 0
         else np.inf,
         mean_z=mean_z,
@@ -224,6 +208,27 @@ def explained_by_noise(
     )
 
 
+def _in_blocks(d: Differences, known: NDArray[np.bool_]) -> Differences:
+    """Sums over square blocks of pixels, or over each point, without those that have no noise."""
+    of_mean = d.mean_errors**2
+    fields = (d.squares, d.variances, d.means, of_mean, of_mean**2 / d.freedom, d.levels, d.level_squares)
+    sums = np.where(known, np.stack(fields), 0.0)
+    if sums.ndim == 3:
+        size = max(_LEAST, -(-max(known.shape) // _BLOCKS))
+        for axis in (1, 2):
+            sums = np.add.reduceat(sums, np.arange(0, sums.shape[axis], size), axis=axis)
+        sums = sums.reshape(len(fields), -1)
+    squares, variances, means, of_mean, of_mean_squared, levels, level_squares = sums[:, sums[1] > 0]
+    freedom = combined_freedom(of_mean, of_mean_squared)
+    return Differences(squares, variances, means, np.sqrt(of_mean), levels, level_squares, freedom)
+
+
+def _without_noise(d: Differences, known: NDArray[np.bool_], scale_error: float) -> int:
+    """How many pixels differ by more than rounding although there is no noise."""
+    quiet = known & (d.variances + scale_error**2 * d.level_squares == 0)
+    return int(np.sum(quiet & (d.squares > _ROUNDING**2 * d.level_squares)))
+
+
 def _doubt(known_of: str, same_seed: int | None) -> str:
     if known_of in _OTHER:
         return f"the noise of {_OTHER[known_of]} is not known: no verdict"
@@ -231,14 +236,6 @@ def _doubt(known_of: str, same_seed: int | None) -> str:
         other = f"render one with --seed {same_seed + 1}"
         return f"the noise of both is correlated (same seed {same_seed}): no verdict; {other}"
     return ""
-
-
-def _block_sums(values: Array) -> Array:
-    """Sums over square blocks of pixels, ndarray of shape (K, Y, X) to (K, blocks)."""
-    height, width = values.shape[1:]
-    size = max(_LEAST, -(-max(height, width) // _BLOCKS))
-    of_rows = np.add.reduceat(values, np.arange(0, height, size), axis=1)
-    return np.asarray(np.add.reduceat(of_rows, np.arange(0, width, size), axis=2).reshape(len(values), -1))
 
 
 def _scatter(ratios: Array) -> float:

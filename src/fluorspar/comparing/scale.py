@@ -67,14 +67,11 @@ def match_scales(
     if at_a_point and points is None:
         fault, fix = "the scales cannot be matched at a point without points", "give a points file (--points)"
         raise OptionError(message(fault, got=match, fix=fix))
+    what = "points" if images is None else "pixels"
     if images is not None:
-        spectra, what = mean_of_images(*images), "pixels"
-    else:
-        assert points is not None
-        spectra, what = (
-            (points[0].spectra.radiance.mean(axis=0), points[1].spectra.radiance.mean(axis=0)),
-            "points",
-        )
+        spectra = mean_of_images(*images)
+    elif points is not None:
+        spectra = points[0].spectra.radiance.mean(axis=0), points[1].spectra.radiance.mean(axis=0)
     if not any(spectrum.any() for spectrum in spectra):
         return Scale(1.0, 1.0, 1.0), ["Scale: both sides are black, so there is nothing to match."]
     if points is not None and at_a_point:

@@ -154,29 +154,12 @@ def image_sides(
     *,
     with_points: bool = False,
 ) -> tuple[tuple[ImageSide, ImageSide] | None, list[str]]:
-    """Choose the images that can be compared pixel by pixel.
-
-    Parameters
-    ----------
-    sides : (SpectralImage or PointSpectra, SpectralImage or PointSpectra)
-    weights : (ndarray of shape (T, N) or None, ndarray or None)
-        What brings the bands of each side to the T common ones; None: nothing.
-    components : (str or None, str or None)
-        What of each image.
-    with_points : bool
-        Whether there are points, at which images that differ in size can be compared too.
-
-    Returns
-    -------
-    sides : (ImageSide, ImageSide) or None
-        None if there are not two images, or they differ in size.
-    sentences : list of str
-        Why they are not compared.
+    """The images that can be compared pixel by pixel, None if there are not two of one size, and why not.
 
     Raises
     ------
     ImageError
-        If they differ in size and there are no points.
+        If they differ in size and there are no points at which they could be compared.
     """
     a, b = sides
     if not (isinstance(a, SpectralImage) and isinstance(b, SpectralImage)):
