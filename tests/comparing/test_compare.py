@@ -2,38 +2,27 @@
 
 from __future__ import annotations
 
+import html
 import json
 
 import numpy as np
 import pytest
+from by_hand import GRID, image_of, table_of
 
 from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import CIE_1931, lab_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.comparing.compare import compare
+from fluorspar.comparing.comparison import Detail
 from fluorspar.comparing.sides import ImageSide
 from fluorspar.errors import ImageError, OptionError, SpectrumError
 from fluorspar.figures.report import report
 from fluorspar.figures.spectra import comparison_figure, encode
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measuring.aperture import Aperture
-from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point
 from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
-
-GRID = Wavelengths(400, 700, 50)
-
-
-def image_of(total, grid=GRID, error=None, **attrs):
-    """An image whose total is in component 1."""
-    radiance = np.zeros((7, *np.shape(total)), np.float32)
-    radiance[1] = total
-    return SpectralImage.from_arrays(radiance, grid, error, attrs)
-
-
-def table_of(radiance, grid=GRID, fwhm=0.0, names="ab", error=None):
-    return PointSpectra(tuple(names), Bands(grid, fwhm), np.asarray(radiance, float), error, title="table")
 
 
 @pytest.fixture
@@ -335,3 +324,11 @@ class TestJson:
             "XYZ: sums over",
         ):
             assert said in notes
+
+    def test_what_is_for_the_report_only_is_not_on_the_terminal(self, random_image):
+        found = compare(random_image, random_image)
+        details = [note for note in found.notes if isinstance(note, Detail)]
+        assert [note.split(":")[0].split()[0] for note in details] == ["RMSE", "XYZ", "Pictures"]
+        for note in found.notes:
+            assert (note in found.text()) == (note not in details)
+            assert note in html.unescape(report(found))

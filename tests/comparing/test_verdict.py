@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from by_hand import image_of, table_of
 
 from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Material
@@ -21,31 +22,18 @@ from fluorspar.spectral.bands import Bands, conversion
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
-GRID = Wavelengths(400, 700, 50)
-
-
-def table_of(radiance, error, correlated=True, freedom=None):
-    names = tuple(map(str, range(len(radiance))))
-    bands = Bands(Wavelengths(400, 700, 300 / (np.shape(radiance)[1] - 1)))
-    errors = None if error is None else np.broadcast_to(error, np.shape(radiance)).copy()
-    return PointSpectra(names, bands, radiance, errors, correlated=correlated, freedom=freedom, title="table")
+FINE = Wavelengths(400, 700, 10)
 
 
 def measured(random, count=13, change=0.0):
     """Points of even spectra with independent errors of 1 % in each of 31 bands."""
-    return table_of(1 + 0.01 * random.standard_normal((count, 31)) + change, 0.01, correlated=False)
-
-
-def image_of(total, error, **attrs):
-    radiance = np.zeros((7, *np.shape(total)), np.float32)
-    radiance[1] = total
-    return SpectralImage.from_arrays(radiance, GRID, np.broadcast_to(error, np.shape(total)), attrs)
+    return table_of(1 + 0.01 * random.standard_normal((count, 31)) + change, FINE, error=0.01)
 
 
 def noisy(number, pattern=0.0, **attrs):
     """An even image with a noise of 1 % and a pattern (Y, X, N) of 5 %."""
     noise = 0.01 * np.random.default_rng(number).standard_normal((64, 64, 1))
-    return image_of(1 + noise + 0.05 * pattern * np.ones(7), 0.01, **attrs)
+    return image_of(1 + noise + 0.05 * pattern * np.ones(7), error=0.01, **attrs)
 
 
 class TestImages:
@@ -56,7 +44,9 @@ class TestImages:
         """B is 10 times brighter, and so is its noise: after matching it is that of A again."""
         random = np.random.default_rng(8)
         a, b = (
-            image_of(factor * (1 + 0.02 * random.standard_normal((64, 64, 1)) * np.ones(7)), 0.02 * factor)
+            image_of(
+                factor * (1 + 0.02 * random.standard_normal((64, 64, 1)) * np.ones(7)), error=0.02 * factor
+            )
             for factor in (1.0, 10.0)
         )
         noise = compare(a, b, match="luminance").images.noise
@@ -171,7 +161,7 @@ def render_of(random, samples, size=(1, 4)):
     ones = np.ones(31)
     return SpectralImage.from_arrays(
         (batches.mean(axis=0) * ones)[np.newaxis],
-        Wavelengths(400, 700, 10),
+        FINE,
         error * ones,
         components=("total",),
     )
@@ -202,7 +192,7 @@ class TestOneSideWithoutErrors:
 
     def test_nor_do_tables(self):
         random = np.random.default_rng(11)
-        assert compare(table_of(np.ones((13, 31)), None), measured(random)).points.noise.differs is None
+        assert compare(table_of(np.ones((13, 31)), FINE), measured(random)).points.noise.differs is None
 
     def test_whose_errors_are_known_is_said(self):
         random = np.random.default_rng(12)
@@ -252,8 +242,8 @@ class TestPoints:
         b[0] = 1.06
         error = np.full((4, 7), 1e-3)
         error[0] = 0.02
-        a, b = (table_of(values, error) for values in (np.ones((4, 7)), b))
-        found = compare(a, b, match="0")
+        a, b = (table_of(values, error=error, correlated=True) for values in (np.ones((4, 7)), b))
+        found = compare(a, b, match="a")
         assert not found.points.noise.differs
         assert any("uncertain by 2.7 %" in note for note in found.notes)
         assert compare(a, b).points.noise.block_z == pytest.approx(0.06 / (0.02 * np.sqrt(2)))
@@ -262,8 +252,8 @@ class TestPoints:
         """13 points, independent errors of 2 % in each of 7 bands, one side 4 % brighter: the mean over the bands has
         an error of 2 % / sqrt(7), that over the points 1 / sqrt(13) of it."""
         random = np.random.default_rng(11)
-        exact = table_of(np.ones((13, 7)), None)
-        brighter = table_of(1.04 + 0.02 * random.standard_normal((13, 7)), 0.02, correlated=False)
+        exact = table_of(np.ones((13, 7)))
+        brighter = table_of(1.04 + 0.02 * random.standard_normal((13, 7)), error=0.02)
         found = compare(exact, brighter)
         assert found.points.noise.mean_z == pytest.approx(0.04 / 0.02 * np.sqrt(13 * 7), abs=4)
         assert any(
@@ -282,7 +272,7 @@ class TestPoints:
         assert expected == pytest.approx(1 / np.sqrt(2 * 29), rel=0.03)
 
     def test_errors_of_a_render_stay_correlated_through_a_file(self, tmp_path):
-        image = image_of(np.ones((4, 4, 7)), 0.1)
+        image = image_of(np.ones((4, 4, 7)), error=0.1)
         write_point_spectra(
             measure(image, (Point("1", (1, 1)),), aperture=Aperture(1, "px")), tmp_path / "a.csv"
         )
