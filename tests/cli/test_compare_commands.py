@@ -15,6 +15,7 @@ import pytest
 from command_line import OLD, CommandLine
 from PIL import Image, ImageCms
 
+import fluorspar
 from fluorspar import SpectralImage, Wavelengths, errors
 from fluorspar.measuring.point_spectra import read_point_spectra
 
@@ -47,6 +48,12 @@ class TestMeasure:
         np.testing.assert_allclose(spectra.at("left"), image().total()[3, 2], rtol=1e-6)
         with Image.open("s.png") as figure:
             assert figure.width > 1000
+
+    def test_it_is_the_function_of_that_name(self, files: CommandLine) -> None:
+        assert files("measure", "a.nc", "points.csv", "--aperture", "3px", "-o", "s.csv").code == 0
+        spectra = fluorspar.measure("a.nc", "points.csv", aperture="3px")
+        np.testing.assert_array_equal(read_point_spectra("s.csv").radiance, spectra.radiance)
+        assert spectra.title == "a.nc"
 
     def test_normalised_at_a_point(self, files: CommandLine) -> None:
         arguments = ("--aperture", "1px", "-o", "s.csv", "--normalise", "left")
@@ -152,6 +159,22 @@ class TestCompare:
         assert b"Exception" not in done.stderr
         assert (files.folder / "r.json").exists()
         assert (files.folder / "r.html").exists()
+
+    def test_it_is_the_function_of_that_name(self, files: CommandLine) -> None:
+        arguments = ("--points", "points.csv", "--aperture", "1px", "--match", "left", "-o", "r.json")
+        assert files("compare", "a.nc", "b.exr", *arguments).code == 0
+        comparison = fluorspar.compare("a.nc", "b.exr", points="points.csv", aperture="1px", match="left")
+        assert (files.folder / "r.json").read_text(encoding="utf-8") == comparison.to_json()
+
+    def test_a_limit_on_equation_14(self, files: CommandLine) -> None:
+        arguments = ("compare", "a.nc", "b.exr", "--fail-above", "rmse_eq14=1e-5")
+        at_a_point = ("--points", "points.csv", "--aperture", "1px", "--match", "left")
+        done = files(*arguments, *at_a_point)
+        assert done.code == 0
+        assert "RMSE, Eq. 14" in done.out
+        done = files(*arguments)
+        assert done.code == 2
+        assert done.says("rmse_eq14 is of points", "one to match at")
 
     def test_what_was_done_is_said_on_the_terminal(self, files: CommandLine) -> None:
         image(grid=Wavelengths(420, 660, 40)).save("coarse.nc")

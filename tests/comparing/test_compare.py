@@ -2,38 +2,27 @@
 
 from __future__ import annotations
 
+import html
 import json
 
 import numpy as np
 import pytest
+from by_hand import GRID, image_of, table_of
 
 from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import CIE_1931, lab_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.comparing.compare import compare
+from fluorspar.comparing.comparison import Detail
 from fluorspar.comparing.sides import ImageSide
 from fluorspar.errors import ImageError, OptionError, SpectrumError
 from fluorspar.figures.report import report
 from fluorspar.figures.spectra import comparison_figure, encode
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measuring.aperture import Aperture
-from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point
 from fluorspar.spectral.bands import Bands
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
-
-GRID = Wavelengths(400, 700, 50)
-
-
-def image_of(total, grid=GRID, error=None, **attrs):
-    """An image whose total is in component 1."""
-    radiance = np.zeros((7, *np.shape(total)), np.float32)
-    radiance[1] = total
-    return SpectralImage.from_arrays(radiance, grid, error, attrs)
-
-
-def table_of(radiance, grid=GRID, fwhm=0.0, names="ab", error=None):
-    return PointSpectra(tuple(names), Bands(grid, fwhm), np.asarray(radiance, float), error, title="table")
 
 
 @pytest.fixture
@@ -77,10 +66,17 @@ class TestPointsByHand:
     b = np.array([[4.0, 4, 4, 4, 4, 4, 4], [2, 2, 2, 2, 2, 2, 2]])
 
     def test_equation_14_normalised_at_a_point(self):
-        """Point b: (0.5, ..., 2.5, ...) - 0.5 is 2 in one band of seven; point a: nothing."""
+        """Point b: (0.5, ..., 2.5, ...) - (0.5, ...) is 2 in one band of seven; point a: nothing. One root over all:
+        sqrt(4 / 14); the mean of the roots of each: 2 / sqrt(7) / 2."""
         found = compare(table_of(self.a), table_of(self.b), match="a")
         np.testing.assert_allclose(found.points.rmse, [0, 2 / np.sqrt(7)], atol=1e-15)
+        assert found.value("rmse_eq14") == pytest.approx(np.sqrt(4 / 14))
         assert found.value("rmse") == pytest.approx(1 / np.sqrt(7))
+        points = json.loads(found.to_json())["points"]
+        assert points["rmse_eq14"] == pytest.approx(np.sqrt(4 / 14))
+        assert points["rmse"] == pytest.approx(1 / np.sqrt(7))
+        assert "RMSE, Eq. 14 0.53452   (one root over all points)" in found.text()
+        assert "mean RMSE    0.37796" in found.text()
         assert (found.mean_a, found.mean_b, found.scale) == (2, 4, 0.5)
 
     def test_as_they_are(self):
@@ -257,11 +253,13 @@ class TestColour:
 
     def test_equation_14_is_named_with_a_point_only(self):
         table = table_of(np.ones((2, 7)))
-        assert "E{RMSE}" in compare(table, table, match="a").text()
+        assert "Eq. 14" in compare(table, table, match="a").text()
         for match in ("none", "luminance"):
             found = compare(table, table, match=match)
-            assert "E{RMSE}" not in found.text()
+            assert "Eq. 14" not in found.text()
             assert "Eq. 14" not in report(found)
+            with pytest.raises(OptionError, match=r"(?s)rmse_eq14 is of points.*one to match at"):
+                found.value("rmse_eq14")
 
 
 class TestSides:
@@ -326,3 +324,11 @@ class TestJson:
             "XYZ: sums over",
         ):
             assert said in notes
+
+    def test_what_is_for_the_report_only_is_not_on_the_terminal(self, random_image):
+        found = compare(random_image, random_image)
+        details = [note for note in found.notes if isinstance(note, Detail)]
+        assert [note.split(":")[0].split()[0] for note in details] == ["RMSE", "XYZ", "Pictures"]
+        for note in found.notes:
+            assert (note in found.text()) == (note not in details)
+            assert note in html.unescape(report(found))

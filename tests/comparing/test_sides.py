@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from fluorspar.comparing.common import unit_of_side
 from fluorspar.comparing.compare import compare
+from fluorspar.comparing.sources import unit_of_side
 from fluorspar.errors import ImageError, OptionError, SpectrumError
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE, TOTAL, select
 from fluorspar.image.converted import converted
@@ -15,9 +15,10 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import bands_of
 from fluorspar.image.units import is_unit_of_radiance
 from fluorspar.measuring.aperture import Aperture
+from fluorspar.measuring.image_scene import scene_of
+from fluorspar.measuring.measure import measure
 from fluorspar.measuring.point_spectra import PointSpectra, read_point_spectra, write_point_spectra
 from fluorspar.measuring.points import Point
-from fluorspar.measuring.spectroradiometer import measure, scene_of
 from fluorspar.rendering import render
 from fluorspar.scene.loading import load_scene
 from fluorspar.spectral.bands import Bands

@@ -76,7 +76,7 @@ class TestContents:
         numbers = json.loads(compared.to_json())
         cells = {row[0]: row[1:] for row in parsed.rows}
         for label, key, factor in (
-            ("RMSE, mean; of points E{RMSE}, Eq. 14", "rmse", 1),
+            ("RMSE, mean of that of each", "rmse", 1),
             ("RMSE, 95 % are below", "rmse_95", 1),
             ("RMSE, greatest", "rmse_max", 1),
             ("CIEDE2000, mean", "de00_mean", 1),
@@ -97,11 +97,16 @@ class TestContents:
             expected = [point["rmse"], point["de00"], *point["lab_a"], *point["lab_b"]]
             np.testing.assert_allclose(found, expected, rtol=1e-3, atol=0.006)
 
-    def test_equation_14_is_a_mean_over_points_only(self, compared):
-        of_points, of_pixels = compared.text().split(" pixels\n")
-        assert "E{RMSE}" in of_points
-        assert "E{RMSE}" not in of_pixels
-        assert "mean RMSE" in of_pixels
+    def test_equation_14_is_of_points_and_not_their_mean_rmse(self, compared, parsed):
+        cells = {row[0]: row[1:] for row in parsed.rows}
+        of_points, of_pixels = cells["RMSE, one root over all points (Eq. 14)"]
+        assert float(of_points) == pytest.approx(compared.points.rmse_eq14, rel=1e-3)
+        assert of_pixels == "of points only"
+        assert compared.points.rmse_eq14 > 1.01 * compared.points.rmse.mean()
+        text_of_points, text_of_pixels = compared.text().split(" pixels\n")
+        assert f"RMSE, Eq. 14 {compared.points.rmse_eq14:.5g}" in text_of_points
+        assert "Eq. 14" not in text_of_pixels
+        assert "mean RMSE" in text_of_pixels
 
     def test_the_verdict_on_noise(self, parsed):
         cells = {row[0]: row[1:] for row in parsed.rows}

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
+from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption
 
 __all__ = ["compare"]
 
@@ -43,7 +44,8 @@ def compare(
     match: Annotated[
         str,
         typer.Option(
-            metavar="none|luminance|POINT", help="How the scale of B is matched to A; a point: Eq. 14."
+            metavar="none|luminance|POINT",
+            help="How the scale of B is matched to A; a point: each side is divided by its own mean there (Eq. 14).",
         ),
     ] = "none",
     white: Annotated[
@@ -74,23 +76,9 @@ def compare(
         float | None,
         typer.Option(help="FWHM in nm of the bands of B; 0: samples. [default: what the file says]"),
     ] = None,
-    aperture: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DIAMETER",
-            help="With --points: such as 0.125deg or 3px. [default: 0.125deg if the scene is known]",
-        ),
-    ] = None,
-    scene: Annotated[
-        str | None,
-        typer.Option(help="Scene of the images, for its camera. [default: the built-in they name]"),
-    ] = None,
-    define: Annotated[
-        list[str] | None,
-        typer.Option(
-            "-D", metavar="KEY=VALUE", help="Value of a $KEY in the file of --scene. May be repeated."
-        ),
-    ] = None,
+    aperture: ApertureOption = None,
+    scene: CameraOption = None,
+    define: DefineOption = None,
     component: Annotated[
         str | None,
         typer.Option(
@@ -105,12 +93,13 @@ def compare(
         list[str] | None,
         typer.Option(
             metavar="NUMBER=LIMIT",
-            help="Exit with 1 beyond a limit: rmse, rmse_max, de00, de00_max, bias, noise_z. May be repeated.",
+            help="Exit with 1 beyond a limit: rmse (mean of that of each point or pixel), rmse_eq14 (one root over "
+            "all points), rmse_max, de00, de00_max, bias, noise_z. May be repeated.",
         ),
     ] = None,
 ) -> None:
-    """Compare spectra: RMSE (Eq. 14 with --match POINT), CIEDE2000, bias, and how much of the difference is noise."""
-    from fluorspar.cli.options import aperture_of, limits_of, scene_named
+    """Compare spectra: RMSE of each point and, with --match POINT, of all (Eq. 14), CIEDE2000, bias, share of noise."""
+    from fluorspar.cli.options import limits_of, scene_named
     from fluorspar.cli.targets import check_files
     from fluorspar.comparing.compare import compare as compare_spectra
     from fluorspar.errors import OptionError, message
@@ -118,8 +107,6 @@ def compare(
     from fluorspar.figures.spectra import comparison_figure, write_figure
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input
-    from fluorspar.measuring.points import read_points
-    from fluorspar.spectral.wavelengths import Wavelengths
 
     outputs = output or []
     check_files(outputs, (".json", ".png", ".html"))
@@ -131,37 +118,38 @@ def compare(
             message("there is no such observer", where="--observer", got=observer, expected="2 or 10")
         )
     with console.err.status("comparing"):
-        found = compare_spectra(
+        comparison = compare_spectra(
             a,
             b,
-            points=read_points(points) if points else None,
+            points=points,
             match=match,
             white=white,
             observer=OBSERVERS[observer],
-            wavelengths=Wavelengths.parse(wavelengths) if wavelengths else None,
+            wavelengths=wavelengths,
             bandwidth_a=bandwidth_a,
             bandwidth_b=bandwidth_b,
-            aperture=aperture_of(aperture),
+            aperture=aperture,
             scene=scene_named(scene, define),
             component=component,
             adapt=adapt,
         )
     try:
-        exceeded = {name: found.value(name) for name in limits if not found.value(name) <= limits[name]}
+        values = {name: comparison.value(name) for name in limits}
     except OptionError:
-        console.out.print(found.text(), markup=False, highlight=False)
+        console.out.print(comparison.text(), markup=False, highlight=False)
         raise
     for path in outputs:
         with console.err.status(f"writing {text_of(path)}"):
             if path.suffix.lower() == ".json":
-                found.save_json(path)
+                comparison.save_json(path)
             elif path.suffix.lower() == ".png":
-                write_figure(comparison_figure(found), path)
+                write_figure(comparison_figure(comparison), path)
             else:
-                write_report(found, path)
-    console.out.print(found.text(), markup=False, highlight=False)
+                write_report(comparison, path)
+    console.out.print(comparison.text(), markup=False, highlight=False)
     for path in outputs:
         console.out.print(f"wrote {text_of(path)}", markup=False, highlight=False)
+    exceeded = {name: value for name, value in values.items() if not value <= limits[name]}
     for name, value in exceeded.items():
         console.err.print(f"{name} is {value:.5g}, above {limits[name]:g}", markup=False, highlight=False)
     if exceeded:

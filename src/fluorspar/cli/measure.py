@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
+from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption
 
 __all__ = ["measure"]
 
@@ -26,22 +27,9 @@ def measure(
             "-o", "--output", help="File to write: .csv (tidy) or .png (a panel a point). May be repeated."
         ),
     ] = None,
-    scene: Annotated[
-        str | None,
-        typer.Option(help="Scene of the image, for its camera. [default: the built-in it names]"),
-    ] = None,
-    define: Annotated[
-        list[str] | None,
-        typer.Option(
-            "-D", metavar="KEY=VALUE", help="Value of a $KEY in the file of --scene. May be repeated."
-        ),
-    ] = None,
-    aperture: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DIAMETER", help="Such as 0.125deg or 3px. [default: 0.125deg if the scene is known]"
-        ),
-    ] = None,
+    scene: CameraOption = None,
+    define: DefineOption = None,
+    aperture: ApertureOption = None,
     bandwidth: Annotated[
         float, typer.Option(help="FWHM in nm of the instrument's triangular bands; 0: none.")
     ] = 0.0,
@@ -55,32 +43,29 @@ def measure(
     """Measure the spectra of points: mean under an aperture, with its standard error."""
     from rich.table import Table
 
-    from fluorspar.cli.options import aperture_of, scene_named
+    from fluorspar.cli.options import scene_named
     from fluorspar.cli.targets import check_files
     from fluorspar.figures.spectra import spectra_figure, write_figure
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input
-    from fluorspar.image.spectral_image import SpectralImage
     from fluorspar.image.units import is_unit_of_radiance
+    from fluorspar.measuring.measure import measure as measure_spectra
+    from fluorspar.measuring.normalised import normalised
     from fluorspar.measuring.point_spectra import write_point_spectra
     from fluorspar.measuring.points import read_points
-    from fluorspar.measuring.spectroradiometer import measure as measure_spectra
-    from fluorspar.measuring.spectroradiometer import normalised
 
     check_files(output or [], (".csv", ".png"))
     for path in output or []:
         check_not_input(path, image, points, scene)
-    known = read_points(points)
-    with SpectralImage.open(image) as opened:
-        measured = measure_spectra(
-            opened,
-            known,
-            scene=scene_named(scene, define),
-            aperture=aperture_of(aperture),
-            bandwidth=bandwidth,
-            component=component,
-            title=text_of(image),
-        )
+    read = read_points(points)
+    measured = measure_spectra(
+        image,
+        read,
+        scene=scene_named(scene, define),
+        aperture=aperture,
+        bandwidth=bandwidth,
+        component=component,
+    )
     spectra = normalised(measured, normalise)
     for path in output or []:
         if path.suffix.lower() == ".csv":
@@ -91,7 +76,7 @@ def measure(
     illuminances = measured.illuminance() if absolute else {}
     level = "luminance, cd/m2" if absolute else "luminance, relative"
     table = Table("point", level, "illuminance, lx", "note", box=None, pad_edge=False)
-    for point, value in zip(known, measured.luminance(), strict=True):
+    for point, value in zip(read, measured.luminance(), strict=True):
         lux = f"{illuminances[point.name]:.5g}" if point.name in illuminances else ""
         table.add_row(point.name, f"{value:.5g}", lux, point.note)
     console.out.print(table)

@@ -14,13 +14,14 @@ from fluorspar.bispectral.library import ENVIRONMENT
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
-    from fluorspar.measuring.aperture import Aperture
     from fluorspar.scene.scene import Scene
     from fluorspar.staged.options import StagedOptions
 
 __all__ = [
+    "ApertureOption",
+    "CameraOption",
+    "DefineOption",
     "LibraryOption",
-    "aperture_of",
     "limits_of",
     "material_files",
     "mesh_parameter",
@@ -38,6 +39,24 @@ LibraryOption: TypeAlias = Annotated[
         metavar="DIR",
         help="A folder with materials of your own. May be repeated; the variable FLUORSPAR_MATERIALS does the same.",
     ),
+]
+
+ApertureOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="DIAMETER",
+        help="At points: such as 0.125deg or 3px. [default: 0.125deg if the scene is known]",
+    ),
+]
+
+CameraOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option("--scene", help="Scene of the images, for its camera. [default: the built-in they name]"),
+]
+
+DefineOption: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in the file of --scene. May be repeated."),
 ]
 
 
@@ -160,13 +179,6 @@ def limits_of(texts: Sequence[str]) -> dict[str, float]:
                 message("a limit is impossible", where=f"{option} {name}", got=text, expected=expected)
             )
     return limits
-
-
-def aperture_of(text: str | None) -> Aperture | None:
-    """Read an aperture, such as `0.125deg` or `3px`."""
-    from fluorspar.measuring.aperture import Aperture
-
-    return None if text is None else Aperture.parse(text)
 
 
 def scene_named(name: str | None, define: Sequence[str] | None = None) -> Scene | None:

@@ -1,4 +1,4 @@
-"""What a comparison found: numbers, spectra and maps."""
+"""The result of a comparison: numbers, spectra and maps."""
 
 from __future__ import annotations
 
@@ -11,26 +11,33 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.comparing.noise import NoiseVerdict, noise_sentence
+from fluorspar.comparing.difference import mean_rmse
+from fluorspar.comparing.noise import NoiseVerdict
+from fluorspar.comparing.noise_text import noise_sentence
 from fluorspar.errors import OptionError, message
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["LIMITS", "Comparison", "ImageComparison", "PointComparison"]
+__all__ = ["LIMITS", "Comparison", "Detail", "ImageComparison", "PointComparison"]
 
 Array = NDArray[np.float64]
 
 LIMITS = {
-    "rmse": "mean RMSE of the points if there are any, else of the pixels; E{RMSE} of Eq. 14 with a point to match at",
+    "rmse": "mean of the RMSE of each point if there are any, else of each pixel",
+    "rmse_eq14": "RMSE of Eq. 14, one root over all points; needs a point to match at",
     "rmse_max": "greatest RMSE of a point or pixel",
     "de00": "mean CIEDE2000",
     "de00_max": "greatest CIEDE2000",
     "bias": "mean of B - A over the mean of A, without its sign",
-    "noise_z": "greatest deviation from what noise alone gives, in standard errors: mean difference of a block of "
-    "pixels, a point or everything, and the squared difference of everything",
+    "noise_z": "greatest deviation from what noise alone gives, in standard errors: that of a block of pixels, "
+    "a point or everything",
 }
 """Numbers that `--fail-above` can limit, and what they are."""
 
-_DETAILS = ("RMSE is taken", "XYZ: ", "Pictures: ")  # notes that are for the report only
+
+class Detail(str):
+    """A note for the report, which `Comparison.text` leaves out."""
+
+    __slots__ = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +51,12 @@ class PointComparison:
         Radiance as it was measured, before the scales are matched.
     error_a, error_b : ndarray of shape (P, T) or None
         Standard errors.
-    rmse, de00 : ndarray of shape (P,)
+    rmse : ndarray of shape (P,)
         Of each point.
+    rmse_eq14 : float or None
+        Of all points, with one root (Eq. 14); None if the scales are not matched at a point.
+    de00 : ndarray of shape (P,)
+        CIEDE2000 of each point.
     lab_a, lab_b : ndarray of shape (P, 3)
     band_error, band_bias : ndarray of shape (T,)
         Relative to the mean of A.
@@ -60,6 +71,7 @@ class PointComparison:
     error_a: Array | None
     error_b: Array | None
     rmse: Array
+    rmse_eq14: float | None
     de00: Array
     lab_a: Array
     lab_b: Array
@@ -81,7 +93,7 @@ class PointComparison:
                 strict=True,
             )
         ]
-        return _results(self) | {"points": each}
+        return _results(self) | {"rmse_eq14": self.rmse_eq14, "points": each}
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,10 +141,12 @@ class ImageComparison:
 
 def _results(part: PointComparison | ImageComparison) -> dict[str, Any]:
     return {
-        "rmse": _mean(part.rmse),
+        "rmse": mean_rmse(part.rmse),
         "rmse_max": _max(part.rmse),
         "rmse_95": _percentile(part.rmse),
-        "de00_mean": _mean(part.de00),
+        "de00_mean": float(np.mean(_known(part.de00), dtype=np.float64))
+        if _known(part.de00).size
+        else math.nan,
         "de00_max": _max(part.de00),
         "de00_95": _percentile(part.de00),
         "bias": part.bias,
@@ -147,10 +161,6 @@ def _known(values: NDArray[np.floating]) -> NDArray[np.floating]:
     return known
 
 
-def _mean(values: NDArray[np.floating]) -> float:
-    return float(np.mean(_known(values), dtype=np.float64)) if _known(values).size else math.nan
-
-
 def _max(values: NDArray[np.floating]) -> float:
     return float(_known(values).max()) if _known(values).size else math.nan
 
@@ -161,7 +171,7 @@ def _percentile(values: NDArray[np.floating]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """All that a comparison found.
+    """The result of a comparison.
 
     Attributes
     ----------
@@ -179,7 +189,8 @@ class Comparison:
         XYZ of the white of CIELAB, in the scale of A.
     observer : str
     notes : tuple of str
-        What was done, sentence by sentence: bands, scale, white, sums.
+        What was done, sentence by sentence: units, bands, components, points, scale, white, sums. Those that are a
+        `Detail` are for the report only.
     points : PointComparison or None
     images : ImageComparison or None
     match : str
@@ -205,16 +216,16 @@ class Comparison:
 
     @property
     def at_a_point(self) -> bool:
-        """Whether RMSE is that of Eq. 14: each side divided by its own mean at one point."""
+        """Whether spectra are normalised as in Eq. 14: each side divided by its own mean at one point."""
         return self.match not in ("none", "luminance")
 
     @property
     def main(self) -> PointComparison | ImageComparison:
         """The points if there are any, else the images."""
-        found = self.points if self.points is not None else self.images
-        if found is None:
+        part = self.points if self.points is not None else self.images
+        if part is None:
             raise OptionError(message("the comparison holds neither points nor images"))
-        return found
+        return part
 
     def value(self, name: str) -> float:
         """One of the numbers of `LIMITS`.
@@ -238,6 +249,12 @@ class Comparison:
             if self.main.noise.differs is None:
                 raise OptionError(message("noise_z is not known", got=self.main.noise.doubt))
             return self.main.noise.greatest_z
+        if name == "rmse_eq14" and (self.points is None or self.points.rmse_eq14 is None):
+            fault, fix = (
+                "rmse_eq14 is of points, and normalised at one of them",
+                "give points, and one to match at",
+            )
+            raise OptionError(message(fault, got=f"scales matched by {self.match!r}", fix=fix))
         results = self.main.as_dict()
         number = abs(float(results[{"de00": "de00_mean"}.get(name, name)]))
         if math.isnan(number):
@@ -282,26 +299,27 @@ class Comparison:
     def text(self) -> str:
         """What was done and the main results as lines of text."""
         lines = [f"A: {self.title_a}", f"B: {self.title_b}"]
-        lines += [note for note in self.notes if not note.startswith(_DETAILS)]
-        for title, part in (("points", self.points), ("pixels", self.images)):
-            if part is None:
-                continue
-            found = part.as_dict()
-            count = len(part.names) if isinstance(part, PointComparison) else found["pixels_compared"]
-            lines.append(f"{count} {title}")
-            name = "E{RMSE}" if self.at_a_point and part is self.points else "mean RMSE"
-            for label, key, mean in ((name, "rmse", "rmse"), ("CIEDE2000", "de00", "de00_mean")):
-                if math.isnan(found[mean]):
-                    lines.append(f"  {label:<12} cannot be had")
-                    continue
-                below, greatest = found[f"{key}_95"], found[f"{key}_max"]
-                lines.append(
-                    f"  {label:<12} {found[mean]:.5g}   (95 % below {below:.4g}, greatest {greatest:.4g})"
-                )
-            lines.append(f"  {'bias':<12} {100 * found['bias']:+.3g} %")
-            if part.noise is not None:
-                lines.append(f"  {'noise':<12} {noise_sentence(part.noise)}")
+        lines += [note for note in self.notes if not isinstance(note, Detail)]
+        for one, part in (("point", self.points), ("pixel", self.images)):
+            if part is not None:
+                lines += _lines(part, one)
         return "\n".join(lines)
+
+
+def _lines(part: PointComparison | ImageComparison, one: str) -> list[str]:
+    """The main results of points or pixels as lines of text."""
+    results = part.as_dict()
+    lines = [f"{len(part.names) if isinstance(part, PointComparison) else results['pixels_compared']} {one}s"]
+    if results.get("rmse_eq14") is not None:
+        lines.append(f"  RMSE, Eq. 14 {results['rmse_eq14']:.5g}   (one root over all {one}s)")
+    for label, key, mean in (("mean RMSE", "rmse", "rmse"), ("CIEDE2000", "de00", "de00_mean")):
+        spread = f"(95 % below {results[f'{key}_95']:.4g}, greatest {results[f'{key}_max']:.4g})"
+        known = not math.isnan(results[mean])
+        lines.append(f"  {label:<12} " + (f"{results[mean]:.5g}   {spread}" if known else "cannot be had"))
+    lines.append(f"  {'bias':<12} {100 * results['bias']:+.3g} %")
+    if part.noise is not None:
+        lines.append(f"  {'noise':<12} {noise_sentence(part.noise)}")
+    return lines
 
 
 def _finite(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Differences of spectra and colours, as small functions on arrays.
+"""Differences of spectra, as small functions on arrays.
 
 Eq. 14 is that of Tominaga, Guarnera, Ohtera, IEEE TVCG 2026, doi 10.1109/TVCG.2026.3668980.
 """
@@ -12,26 +12,26 @@ from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import OptionError, message
 
-__all__ = ["band_bias", "band_error", "expected_rmse", "ratio", "rmse"]
+__all__ = ["band_bias", "band_error", "mean_rmse", "ratio", "rmse_eq14", "rmse_of_each"]
 
 Array = NDArray[np.float64]
 
 
-def rmse(a: ArrayLike, b: ArrayLike, mean_a: float, mean_b: float) -> Array:
-    """Return the root mean square difference of normalised spectra, for each point.
+def rmse_eq14(a: ArrayLike, b: ArrayLike, mean_a: float, mean_b: float) -> float:
+    """Return the root mean square difference of normalised spectra, one root over all points: Eq. 14.
 
-    RMSE = sqrt(mean over wavelengths of (a / mean_a - b / mean_b)^2)
+    RMSE = sqrt(mean over points of mean over wavelengths of (a / mean_a - b / mean_b)^2)
 
     Parameters
     ----------
-    a, b : array_like of shape (..., N)
-        Spectra of the same points on the N bands of 400-700 nm.
+    a, b : array_like of shape (P, N)
+        Spectra of the same P points on the N bands of 400-700 nm.
     mean_a, mean_b : float
         Mean over those bands at the normalising point, each of its own side.
 
     Returns
     -------
-    ndarray of shape (...,)
+    float
         1: relative to the mean of the normalising point.
 
     Raises
@@ -41,33 +41,27 @@ def rmse(a: ArrayLike, b: ArrayLike, mean_a: float, mean_b: float) -> Array:
 
     Examples
     --------
-    >>> rmse([[1.0, 3.0]], [[2.0, 2.0]], mean_a=2.0, mean_b=2.0)  # (0.5, 1.5) - (1, 1)
-    array([0.5])
+    >>> rmse_eq14([[1.0, 3.0], [2.0, 2.0]], [[2.0, 2.0], [2.0, 2.0]], mean_a=2.0, mean_b=2.0)  # root of 0.5 / 4
+    0.3535533905932738
     """
-    if not (mean_a > 0 and mean_b > 0):
-        raise OptionError(
-            message(
-                "spectra cannot be normalised",
-                got=f"means {mean_a:g} and {mean_b:g}",
-                expected="positive numbers",
-            )
-        )
-    return _rms(np.asarray(a) / mean_a - np.asarray(b) / mean_b)
+    return float(np.sqrt(np.mean(np.square(_normalised_difference(a, b, mean_a, mean_b)))))
 
 
-def _rms(difference: NDArray[np.floating]) -> Array:
-    return np.asarray(np.sqrt(np.mean(np.square(difference), axis=-1)), dtype=np.float64)
+def rmse_of_each(a: ArrayLike, b: ArrayLike, mean_a: float, mean_b: float) -> Array:
+    """Return the root mean square difference of normalised spectra, of each point.
 
-
-def expected_rmse(a: ArrayLike, b: ArrayLike, mean_a: float, mean_b: float) -> float:
-    """Return E{RMSE} of Eq. 14: the mean over points of `rmse`.
+    sqrt(mean over wavelengths of (a / mean_a - b / mean_b)^2)
 
     Parameters
     ----------
     a, b : array_like of shape (P, N)
-        Spectra of the same points on the N bands of 400-700 nm.
+        As in `rmse_eq14`.
     mean_a, mean_b : float
-        Mean over those bands at the normalising point, each of its own side.
+        As in `rmse_eq14`.
+
+    Returns
+    -------
+    ndarray of shape (P,)
 
     Raises
     ------
@@ -76,10 +70,35 @@ def expected_rmse(a: ArrayLike, b: ArrayLike, mean_a: float, mean_b: float) -> f
 
     Examples
     --------
-    >>> expected_rmse([[1.0, 3.0], [2.0, 2.0]], [[2.0, 2.0], [2.0, 2.0]], mean_a=2.0, mean_b=2.0)
+    >>> rmse_of_each([[1.0, 3.0], [2.0, 2.0]], [[2.0, 2.0], [2.0, 2.0]], mean_a=2.0, mean_b=2.0)
+    array([0.5, 0. ])
+    """
+    return np.asarray(np.sqrt(np.mean(np.square(_normalised_difference(a, b, mean_a, mean_b)), axis=-1)))
+
+
+def mean_rmse(each: ArrayLike) -> float:
+    """Return the mean of the RMSE of each point or pixel, which is at most that of Eq. 14; NaN if none is known.
+
+    Parameters
+    ----------
+    each : array_like of shape (P,) or (Y, X)
+        From `rmse_of_each`; NaN where it is not known.
+
+    Examples
+    --------
+    >>> mean_rmse([0.5, 0.0])
     0.25
     """
-    return float(np.mean(rmse(a, b, mean_a, mean_b)))
+    values = np.asarray(each)
+    known = values[np.isfinite(values)]
+    return float(np.mean(known, dtype=np.float64)) if known.size else np.nan
+
+
+def _normalised_difference(a: ArrayLike, b: ArrayLike, mean_a: float, mean_b: float) -> Array:
+    if not (mean_a > 0 and mean_b > 0):
+        fault, got = "spectra cannot be normalised", f"means {mean_a:g} and {mean_b:g}"
+        raise OptionError(message(fault, got=got, expected="positive numbers"))
+    return np.asarray(a, np.float64) / mean_a - np.asarray(b, np.float64) / mean_b
 
 
 def band_error(a: ArrayLike, b: ArrayLike) -> Array:

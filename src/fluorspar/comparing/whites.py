@@ -45,7 +45,7 @@ def exposure_of(side: ImageSide) -> float:
     """
     dataset = side.image.dataset
     width, height = side.image.size
-    lit = [name for name in side.chosen if name != "source"] or list(side.chosen)
+    lit = [name for name in side.components if name != "source"] or list(side.components)
     every = -(-width * height // _EXPOSED)  # of a large image, evenly spaced blocks of rows
     xyz = [
         xyz_from_radiance(add_up(dataset, lit, slice(first, first + _ROWS)), side.image.wavelengths).reshape(
@@ -102,11 +102,9 @@ def white_of(
     if white is None and match not in ("none", "luminance"):
         point = match
     if point is not None and table is not None:
-        level = float(luminance(table.at(point), grid))
-        said = _amount(level, absolute)
-        return xyz_from_radiance(
-            table.at(point), grid, observer
-        ), f"White of CIELAB, for both sides: point {point} of A{said}."
+        amount = _amount(float(luminance(table.at(point), grid)), absolute)
+        xyz = xyz_from_radiance(table.at(point), grid, observer)
+        return xyz, f"White of CIELAB, for both sides: point {point} of A{amount}."
     name = white or "D65"
     spectrum = _illuminant(name, table).on(grid, outside="hold")
     relative = xyz_from_radiance(spectrum, grid, observer)

@@ -21,12 +21,12 @@ _LONGEST = 3.0  # ratio of the sides of a panel: beyond it pixels are drawn as r
 _TOP = 98  # percentile at which colour bars end: a lamp may well be one per cent of the pixels
 
 
-def signed_picture(found: ImageComparison) -> tuple[NDArray[np.uint8], float]:
+def signed_picture(images: ImageComparison) -> tuple[NDArray[np.uint8], float]:
     """Show the signed difference of displayed R, G, B around grey, as in the paper's Figure 29.
 
     Parameters
     ----------
-    found : ImageComparison
+    images : ImageComparison
 
     Returns
     -------
@@ -45,8 +45,8 @@ def signed_picture(found: ImageComparison) -> tuple[NDArray[np.uint8], float]:
     >>> picture[0, 0]
     array([128, 128, 128], dtype=uint8)
     """
-    factor = _gain(found.rgb_difference) / 2
-    signed = np.clip(0.5 + factor * found.rgb_difference, 0, 1)
+    factor = _gain(images.rgb_difference) / 2
+    signed = np.clip(0.5 + factor * images.rgb_difference, 0, 1)
     return np.asarray(255 * signed + 0.5, np.uint8), factor
 
 
@@ -65,27 +65,27 @@ def maps_figure(comparison: Comparison) -> Figure:
     return styled(_maps, _images(comparison))
 
 
-def _maps(found: ImageComparison) -> Figure:
-    figure = _sized(found, 3, rows=2, bars=True)
+def _maps(images: ImageComparison) -> Figure:
+    figure = _sized(images, 3, rows=2, bars=True)
     panels = figure.subplots(2, 3).ravel()
-    limit = max(float(np.percentile(np.abs(found.rgb_difference), _TOP)), 1 / 255)
-    _magnitude(figure, panels[0], found.de00, "CIEDE2000")
-    _magnitude(figure, panels[1], found.rmse, "RMSE")
+    limit = max(float(np.percentile(np.abs(images.rgb_difference), _TOP)), 1 / 255)
+    _magnitude(figure, panels[0], images.de00, "CIEDE2000")
+    _magnitude(figure, panels[1], images.rmse, "RMSE")
     for panel, index, name in zip(panels[3:], range(3), "RGB", strict=True):
-        drawn = _picture(panel, found.rgb_difference[..., index], cmap="RdBu_r", vmin=-limit, vmax=limit)
+        drawn = _picture(panel, images.rgb_difference[..., index], cmap="RdBu_r", vmin=-limit, vmax=limit)
         _bar(figure, panel, drawn, "both")
         put_title(panel, f"displayed {name}, B − A (0 to 1)")
     for panel in panels:
         panel.set_axis_off()
     panels[2].set_axis_on()
-    _histogram(panels[2], found)
+    _histogram(panels[2], images)
     return figure
 
 
-def _histogram(panel: Axes, found: ImageComparison) -> None:
-    values = found.de00[np.isfinite(found.de00)]
+def _histogram(panel: Axes, images: ImageComparison) -> None:
+    values = images.de00[np.isfinite(images.de00)]
     put_title(panel, "pixels below, %")
-    panel.set_box_aspect(_shape(found.rmse))
+    panel.set_box_aspect(_shape(images.rmse))
     if not values.size:
         panel.text(0.5, 0.5, "CIEDE2000 cannot be had", ha="center", va="center", transform=panel.transAxes)
         panel.set(xticks=[], yticks=[])
@@ -112,23 +112,23 @@ def images_figure(comparison: Comparison) -> Figure:
     return styled(_overview, _images(comparison), comparison)
 
 
-def _overview(found: ImageComparison, comparison: Comparison) -> Figure:
-    figure = _sized(found, 3, rows=2, bars=True)
+def _overview(images: ImageComparison, comparison: Comparison) -> Figure:
+    figure = _sized(images, 3, rows=2, bars=True)
     panels = figure.subplots(2, 3).ravel()
-    signed, factor = signed_picture(found)
+    signed, factor = signed_picture(images)
     shown = (
-        (found.rgb_a, f"A: {short(comparison.title_a)}"),
-        (found.rgb_b, f"B: {short(comparison.title_b)}"),
+        (images.rgb_a, f"A: {short(comparison.title_a)}"),
+        (images.rgb_b, f"B: {short(comparison.title_b)}"),
         (signed, f"grey + {factor:g} (B − A)"),
     )
     for panel, (picture, title) in zip(panels[:3], shown, strict=True):
         _picture(panel, picture)
         put_title(panel, title)
-    _magnitude(figure, panels[3], found.de00, "CIEDE2000")
-    _magnitude(figure, panels[4], found.rmse, "RMSE")
+    _magnitude(figure, panels[3], images.de00, "CIEDE2000")
+    _magnitude(figure, panels[4], images.rmse, "RMSE")
     for panel in panels[:5]:
         panel.set_axis_off()
-    _histogram(panels[5], found)
+    _histogram(panels[5], images)
     return figure
 
 
@@ -164,9 +164,9 @@ def _images(comparison: Comparison) -> ImageComparison:
     return comparison.images
 
 
-def _sized(found: ImageComparison, columns: int, rows: int = 1, bars: bool = False) -> Figure:
+def _sized(images: ImageComparison, columns: int, rows: int = 1, bars: bool = False) -> Figure:
     panel = 7.2 / columns * (0.82 if bars and columns == 3 else 0.96)
-    return blank(7.2, rows * (panel * _shape(found.rmse) + 0.32) + (0.35 if bars and rows == 1 else 0.0))
+    return blank(7.2, rows * (panel * _shape(images.rmse) + 0.32) + (0.35 if bars and rows == 1 else 0.0))
 
 
 def _gain(difference: NDArray[np.float32]) -> float:

@@ -9,7 +9,7 @@ import os
 from collections.abc import Sequence
 
 from fluorspar.comparing.comparison import Comparison, ImageComparison, PointComparison
-from fluorspar.comparing.noise import noise_sentence, share_text, verdict_text
+from fluorspar.comparing.noise_text import noise_sentence, share_text, verdict_text
 from fluorspar.figures.spectra import bands_figure, encode, maps_figure, points_figure, signed_picture
 from fluorspar.files.writing import replacing
 from fluorspar.image.display.picture import png_bytes
@@ -108,9 +108,8 @@ def report(comparison: Comparison) -> str:
 def _results(comparison: Comparison) -> str:
     columns = [("points", comparison.points), ("pixels", comparison.images)]
     present = [(title, part, part.as_dict()) for title, part in columns if part is not None]
-    of_points = "E{RMSE}, Eq. 14" if comparison.images is None else "RMSE, mean; of points E{RMSE}, Eq. 14"
     labels = [
-        (of_points if comparison.at_a_point else "RMSE, mean", "rmse", 1.0, ""),
+        ("RMSE, mean of that of each", "rmse", 1.0, ""),
         ("RMSE, 95 % are below", "rmse_95", 1.0, ""),
         ("RMSE, greatest", "rmse_max", 1.0, ""),
         ("CIEDE2000, mean", "de00_mean", 1.0, ""),
@@ -119,12 +118,16 @@ def _results(comparison: Comparison) -> str:
         ("bias, mean of B − A over the mean of A", "bias", 100.0, " %"),
     ]
     rows = [
-        [label, *(_number(factor * found[key], unit) for _, _, found in present)]
+        [label, *(_number(factor * results[key], unit) for _, _, results in present)]
         for label, key, factor, unit in labels
     ]
-    for text, said in (("noise explains, of the squared difference", share_text), ("verdict", verdict_text)):
-        cells = ["no standard errors" if part.noise is None else said(part.noise) for _, part, _ in present]
-        rows.append([text, *cells])
+    if comparison.at_a_point:
+        of_all = [results.get("rmse_eq14") for _, _, results in present]
+        cells = ["of points only" if value is None else _number(value) for value in of_all]
+        rows.insert(0, ["RMSE, one root over all points (Eq. 14)", *cells])
+    for label, text in (("noise explains, of the squared difference", share_text), ("verdict", verdict_text)):
+        cells = ["no standard errors" if part.noise is None else text(part.noise) for _, part, _ in present]
+        rows.append([label, *cells])
     table = _table(["", *(title for title, _, _ in present)], rows)
     sentences = [
         f"<p>{title.capitalize()}: {html.escape(noise_sentence(part.noise, subject='noise '))}. "
@@ -135,14 +138,14 @@ def _results(comparison: Comparison) -> str:
     return table + "".join(sentences)
 
 
-def _image_parts(comparison: Comparison, found: ImageComparison) -> list[str]:
-    signed, factor = signed_picture(found)
+def _image_parts(comparison: Comparison, images: ImageComparison) -> list[str]:
+    signed, factor = signed_picture(images)
     shown = (
-        (found.rgb_a, f"A: {comparison.title_a}"),
-        (found.rgb_b, f"B: {comparison.title_b}"),
+        (images.rgb_a, f"A: {comparison.title_a}"),
+        (images.rgb_b, f"B: {comparison.title_b}"),
         (signed, f"grey + {factor:g} (B − A), displayed R, G, B"),
     )
-    white = f"{1 / found.exposure:.4g} cd/m²" if comparison.absolute else "the same radiance"
+    white = f"{1 / images.exposure:.4g} cd/m²" if comparison.absolute else "the same radiance"
     pictures = "".join(
         f"<figure>{_img(png_bytes(rgb), caption)}<figcaption>{html.escape(caption)}</figcaption></figure>"
         for rgb, caption in shown
@@ -155,11 +158,11 @@ def _image_parts(comparison: Comparison, found: ImageComparison) -> list[str]:
     ]
 
 
-def _point_parts(comparison: Comparison, found: PointComparison) -> list[str]:
+def _point_parts(comparison: Comparison, points: PointComparison) -> list[str]:
     rows = [
         [name, f"{r:.4g}", f"{d:.4g}", *(f"{value:.2f}" for value in (*a, *b))]
         for name, r, d, a, b in zip(
-            found.names, found.rmse, found.de00, found.lab_a, found.lab_b, strict=True
+            points.names, points.rmse, points.de00, points.lab_a, points.lab_b, strict=True
         )
     ]
     sides = [f"{side} {axis}" for side in "AB" for axis in ("L*", "a*", "b*")]
@@ -167,7 +170,7 @@ def _point_parts(comparison: Comparison, found: PointComparison) -> list[str]:
         "<h2>Spectra at the points</h2>",
         _img(encode(points_figure(comparison)), "spectra of A and B at each point"),
         "<p>Bands around the lines are two standard errors to each side.</p>"
-        if found.error_a is not None or found.error_b is not None
+        if points.error_a is not None or points.error_b is not None
         else "",
         '<div class="wide">' + _table(["point", "RMSE", "CIEDE2000", *sides], rows) + "</div>",
     ]

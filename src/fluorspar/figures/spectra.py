@@ -61,8 +61,8 @@ def _spectra(spectra: PointSpectra) -> Figure:
     for p, panel in enumerate(panels):
         error = None if spectra.standard_error is None else spectra.standard_error[p]
         _line(panel, spectra.grid.values, spectra.radiance[p], error, COLOUR_A, "")
-        said = "" if luminances is None else f"   {luminances[p]:.4g} cd/m²"
-        put_title(panel, f"{spectra.names[p]}{said}", fontsize=7.0)
+        level = "" if luminances is None else f"   {luminances[p]:.4g} cd/m²"
+        put_title(panel, f"{spectra.names[p]}{level}", fontsize=7.0)
     _label(figure, panels, _unit_label(spectra.unit))
     return figure
 
@@ -83,18 +83,18 @@ def points_figure(comparison: Comparison) -> Figure:
 
 
 def _points(comparison: Comparison) -> Figure:
-    found = comparison.points
-    assert found is not None
-    figure, panels = _panels(len(found.names))
+    points = comparison.points
+    assert points is not None
+    figure, panels = _panels(len(points.names))
     at = comparison.grid.values
     for p, panel in enumerate(panels):
         for values, error, mean, colour, name in (
-            (found.a, found.error_a, comparison.mean_a, COLOUR_A, "A"),
-            (found.b, found.error_b, comparison.mean_b, COLOUR_B, "B"),
+            (points.a, points.error_a, comparison.mean_a, COLOUR_A, "A"),
+            (points.b, points.error_b, comparison.mean_b, COLOUR_B, "B"),
         ):
             _line(panel, at, values[p] / mean, None if error is None else error[p] / mean, colour, name)
-        numbers = f"RMSE {found.rmse[p]:.3f}\nΔE₀₀ {found.de00[p]:.2f}"
-        put_title(panel, f"{found.names[p]}\n{numbers}", fontsize=7.0)
+        numbers = f"RMSE {points.rmse[p]:.3f}\nΔE₀₀ {points.de00[p]:.2f}"
+        put_title(panel, f"{points.names[p]}\n{numbers}", fontsize=7.0)
     _label(figure, panels, "radiance, normalised")
     handles, labels = panels[0].get_legend_handles_labels()
     names = {"A": f"A: {short(comparison.title_a)}", "B": f"B: {short(comparison.title_b)}"}
@@ -124,10 +124,10 @@ def bands_figure(comparison: Comparison) -> Figure:
 def _bands(comparison: Comparison) -> Figure:
     figure = blank(7.2, 2.2)
     panel = figure.subplots()
-    found, at = comparison.main, comparison.grid.values
+    part, at = comparison.main, comparison.grid.values
     panel.axhline(0, color="0.6", linewidth=0.6)
-    panel.plot(at, 100 * found.band_error, color=COLOUR_A, label="relative error, mean of |B − A|")
-    panel.plot(at, 100 * found.band_bias, color=COLOUR_B, label="bias, mean of B − A")
+    panel.plot(at, 100 * part.band_error, color=COLOUR_A, label="relative error, mean of |B − A|")
+    panel.plot(at, 100 * part.band_bias, color=COLOUR_B, label="bias, mean of B − A")
     panel.set(xlabel="wavelength, nm", ylabel="% of the mean of A", xlim=(at[0], at[-1]))
     panel.legend(frameon=False)
     return figure

@@ -171,48 +171,23 @@ def coverage(
     (slice(4, 5, None), slice(3, 4, None), array([[1.]]))
     """
     reach = radius_in_pixels(centre, aperture, camera_matrix)
-    low = np.maximum(np.floor(centre - reach), 0).astype(int)
-    high = np.minimum(np.ceil(centre + reach), size).astype(int)
-    low, high = (
-        np.minimum(low, np.floor(centre).astype(int)),
-        np.maximum(high, np.floor(centre).astype(int) + 1),
-    )
-    weights = _covered(low, high, centre, aperture, camera_matrix)
+    pixel = np.floor(centre).astype(int)
+    low = np.minimum(np.maximum(np.floor(centre - reach), 0).astype(int), pixel)
+    high = np.maximum(np.minimum(np.ceil(centre + reach), size).astype(int), pixel + 1)
+    fine = (np.arange(_FINE) + 0.5) / _FINE
+    across = np.arange(low[0], high[0])[:, np.newaxis] + fine  # (columns, _FINE)
+    weights = np.empty(high[::-1] - low[::-1])
+    for row in range(low[1], high[1]):  # all at once would be a large array
+        points = np.stack(np.broadcast_arrays(across, row + fine[:, np.newaxis, np.newaxis]), axis=-1)
+        weights[row - low[1]] = _inside(points, centre, aperture, camera_matrix).mean(axis=(0, 2))
     if not weights.any():
-        weights[int(centre[1]) - low[1], int(centre[0]) - low[0]] = 1.0
+        weights[pixel[1] - low[1], pixel[0] - low[0]] = 1.0
     used_rows, used_columns = np.flatnonzero(weights.any(axis=1)), np.flatnonzero(weights.any(axis=0))
     top, left = int(used_rows[0]), int(used_columns[0])
     weights = weights[top : used_rows[-1] + 1, left : used_columns[-1] + 1]
     rows = slice(int(low[1]) + top, int(low[1]) + top + weights.shape[0])
     columns = slice(int(low[0]) + left, int(low[0]) + left + weights.shape[1])
     return rows, columns, weights / weights.sum()
-
-
-def _covered(
-    low: NDArray[np.int_],
-    high: NDArray[np.int_],
-    centre: Array,
-    aperture: Aperture,
-    camera_matrix: Array | None,
-) -> Array:
-    """The covered share of each pixel from `low` to `high`, ndarray of shape (rows, columns)."""
-    columns, rows = (np.arange(first, last) for first, last in zip(low, high, strict=True))
-    corners = np.stack(np.meshgrid(np.append(columns, high[0]), np.append(rows, high[1])), axis=-1)
-    inside = _inside(corners.astype(np.float64), centre, aperture, camera_matrix)
-    four = np.stack([inside[:-1, :-1], inside[:-1, 1:], inside[1:, :-1], inside[1:, 1:]])
-    weights = np.asarray(four.all(axis=0), dtype=np.float64)  # an aperture is convex
-    # a pixel without a corner inside is covered only next to one that has one, or next to the centre
-    touched = np.pad(four.any(axis=0), 1)
-    touched[int(centre[1]) - low[1] + 1, int(centre[0]) - low[0] + 1] = True
-    near = np.any(
-        [touched[y : y + len(rows), x : x + len(columns)] for y in range(3) for x in range(3)], axis=0
-    )
-    at = np.argwhere(near & (weights == 0))
-    fine = (np.arange(_FINE) + 0.5) / _FINE
-    points = np.stack(np.meshgrid(fine, fine), axis=-1) + (at[:, ::-1] + low)[:, np.newaxis, np.newaxis]
-    shares = _inside(points, centre, aperture, camera_matrix).mean(axis=(1, 2))
-    weights[at[:, 0], at[:, 1]] = shares
-    return weights
 
 
 def _inside(

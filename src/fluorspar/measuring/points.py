@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from fluorspar.errors import OptionError, message
 from fluorspar.files.tables import read_cells
 
-__all__ = ["Point", "pixels_of", "read_points"]
+__all__ = ["Point", "pixels_of", "points_of", "read_points"]
 
 _COLUMNS = ("point", "x", "y", "z", "white", "note")
 
@@ -138,6 +139,17 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
     return tuple(points)
 
 
+def points_of(points: Sequence[Point] | str | os.PathLike[str]) -> tuple[Point, ...]:
+    """The points that are given, or those of a points file.
+
+    Examples
+    --------
+    >>> points_of([Point("1", (3, 4))])
+    (Point(name='1', position=(3, 4), white=None, note=''),)
+    """
+    return read_points(points) if isinstance(points, str | os.PathLike) else tuple(points)
+
+
 def pixels_of(
     points: tuple[Point, ...], size: tuple[int, int], projected: NDArray[np.float64] | None
 ) -> NDArray[np.float64]:
@@ -165,10 +177,12 @@ def pixels_of(
     >>> pixels_of((Point("1", (3, 4)),), (10, 10), None)
     array([[3.5, 4.5]])
     """
-    found = np.empty((len(points), 2))
+    pixels = np.empty((len(points), 2))
     for row, point in enumerate(points):
-        found[row] = np.array(point.position) + 0.5 if point.is_pixel or projected is None else projected[row]
-        x, y = found[row]
+        pixels[row] = (
+            np.array(point.position) + 0.5 if point.is_pixel or projected is None else projected[row]
+        )
+        x, y = pixels[row]
         if not (0 <= x < size[0] and 0 <= y < size[1]):
             raise OptionError(
                 message(
@@ -178,4 +192,4 @@ def pixels_of(
                     expected=f"x from 0 to {size[0] - 1}, y from 0 to {size[1] - 1}",
                 )
             )
-    return found
+    return pixels

@@ -18,9 +18,8 @@ Array = NDArray[np.float64]
 
 TIDY = ("point", "wavelength", "radiance", "standard_error")
 """The columns of a tidy table; the last may be missing."""
-_UNEVEN = (
-    0.7  # of the longest step: shorter ones are gaps in a list, not an instrument's dispersion or rounding
-)
+# of the longest step: shorter ones are gaps in a list, not an instrument's dispersion or rounding
+_UNEVEN = 0.7
 
 
 def tidy_spectra(table: Cells) -> tuple[tuple[str, ...], Array, Array, Array | None]:
@@ -57,8 +56,8 @@ def tidy_spectra(table: Cells) -> tuple[tuple[str, ...], Array, Array, Array | N
     missing = [name for name in TIDY[:3] if name not in header]
     twice = sorted({name for name in header if header.count(name) > 1})
     if unknown or missing or twice:
-        found = (("unknown", unknown), ("missing", missing), ("twice", twice))
-        got = "; ".join(f"{what}: {', '.join(names)}" for what, names in found if names)
+        faults = (("unknown", unknown), ("missing", missing), ("twice", twice))
+        got = "; ".join(f"{what}: {', '.join(names)}" for what, names in faults if names)
         fault, expected = "the columns of a table of spectra are not right", ", ".join(TIDY)
         raise SpectrumError(message(fault, where=table.where, got=got, expected=expected))
     column = {name: header.index(name) for name in header}

@@ -11,9 +11,10 @@ import pytest
 from fluorspar.errors import ApproximationWarning, ImageError, OptionError, SpectrumError
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measuring.aperture import Aperture, coverage, directions
+from fluorspar.measuring.measure import measure
+from fluorspar.measuring.normalised import normalised
 from fluorspar.measuring.point_spectra import PointSpectra, read_point_spectra, write_point_spectra
 from fluorspar.measuring.points import Point, read_points
-from fluorspar.measuring.spectroradiometer import measure, normalised
 from fluorspar.scene.camera import camera_of
 from fluorspar.scene.loading import load_scene
 from fluorspar.spectral.bands import Bands

@@ -1,0 +1,106 @@
+"""Which light of two images is compared, and where they do not hold the same."""
+
+from __future__ import annotations
+
+from fluorspar.comparing.sources import Side
+from fluorspar.image.components import COMPONENTS, GROUPS, TOTAL, named_in, select
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.stated import OF_TOTAL, error_layer
+
+__all__ = ["common_light"]
+
+_REEXCITATION = COMPONENTS[6]
+
+
+def common_light(
+    sides: tuple[Side, Side], component: str | None
+) -> tuple[tuple[str | None, str | None], list[str]]:
+    """Choose what of each image is compared: light that luminesced twice only if both hold it.
+
+    Parameters
+    ----------
+    sides : (SpectralImage or PointSpectra, SpectralImage or PointSpectra)
+    component : str, optional
+        As in `compare`.
+
+    Returns
+    -------
+    components : (str or None, str or None)
+        What of each image; None: all of it.
+    sentences : list of str
+        What is compared, and where the light of two images is not the same or cannot be told.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> ones = np.ones((7, 1, 1, 69))
+    >>> a = SpectralImage.from_arrays(ones, Wavelengths())
+    >>> b = SpectralImage.from_arrays(ones[:6], Wavelengths(), components=COMPONENTS[:6])
+    >>> common_light((a, b), None)[0]
+    ('single_bounce', None)
+    """
+    compared: list[str | None] = [component, component]
+    notes = []
+    for index, side in enumerate(sides):
+        if component is not None and _light(side, None) == _named(component) and _is_whole(side):
+            compared[index] = None  # it was added up before
+    if component is None:
+        held = [
+            None if light is None else _REEXCITATION in light for light in (_light(s, None) for s in sides)
+        ]
+        if sorted(held, key=str) == [False, True] and not _is_whole(sides[held.index(True)]):
+            with_it = held.index(True)
+            compared[with_it] = "single_bounce"
+            notes.append(
+                f"Components: both sides without light that luminesced twice (single_bounce), since {'BA'[with_it]} "
+                "does not hold it."
+            )
+    for name, side, what in zip("AB", sides, compared, strict=True):
+        if isinstance(side, SpectralImage) and what == "single_bounce":
+            layer = error_layer(side, what)
+            if layer == ("standard_error", None) and select(what, side.components) != side.components:
+                notes.append(f"{name}: {OF_TOTAL}.")
+    return (compared[0], compared[1]), notes + _unlike(sides, compared)
+
+
+def _unlike(sides: tuple[Side, Side], compared: list[str | None]) -> list[str]:
+    """Say where two images do not hold the same light, or where it cannot be told."""
+    if not all(isinstance(side, SpectralImage) for side in sides):
+        return []
+    lights = [_light(side, what) for side, what in zip(sides, compared, strict=True)]
+    if None in lights:
+        unknown = lights.index(None)
+        if lights[1 - unknown] is None:
+            return []
+        name, other = "AB"[unknown], "BA"[unknown]
+        return [
+            f"Components: {name} is not split and does not say what light it holds: taken as that of {other}."
+        ]
+    only = [
+        ", ".join(
+            name for name in COMPONENTS if name in (lights[k] or ()) and name not in (lights[1 - k] or ())
+        )
+        for k in range(2)
+    ]
+    return [
+        f"Components: only {name} holds {names}, which is part of the difference."
+        for name, names in zip("AB", only, strict=True)
+        if names
+    ]
+
+
+def _is_whole(side: Side) -> bool:
+    """Whether it is an image that is not split."""
+    return isinstance(side, SpectralImage) and side.components == (TOTAL,)
+
+
+def _light(side: Side, component: str | None) -> tuple[str, ...] | None:
+    """Components of what is compared; None if it cannot be told: a table, or an image that does not say."""
+    if not isinstance(side, SpectralImage):
+        return None
+    return named_in(side.attrs) if _is_whole(side) else select(component, side.components)
+
+
+def _named(component: str) -> tuple[str, ...]:
+    return GROUPS.get(component, (component,))

@@ -1,0 +1,174 @@
+"""A spectroradiometer for spectral images: the mean spectrum under an aperture, at points of the scene."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import ApproximationWarning, ImageError, message
+from fluorspar.files.names import text_of
+from fluorspar.image.components import select
+from fluorspar.image.dataset import add_up, values_of
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, unit_of_image
+from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
+from fluorspar.measuring.freedom import combined_freedom, error_freedom
+from fluorspar.measuring.image_scene import scene_of, visible_pixels
+from fluorspar.measuring.point_spectra import PointSpectra
+from fluorspar.measuring.points import Point, pixels_of, points_of
+from fluorspar.scene.scene import Scene
+from fluorspar.spectral.bands import beyond_the_data
+
+__all__ = ["measure"]
+
+Array = NDArray[np.float64]
+
+
+def measure(
+    image: SpectralImage | str | os.PathLike[str],
+    points: Sequence[Point] | str | os.PathLike[str],
+    *,
+    scene: Scene | None = None,
+    aperture: Aperture | str | None = None,
+    bandwidth: float = 0.0,
+    component: str | None = None,
+    title: str = "",
+) -> PointSpectra:
+    """Measure the spectra of points in an image.
+
+    Parameters
+    ----------
+    image : SpectralImage, str or path-like
+        A spectral image, or its file (`.nc`, `.exr`, `.hdr`).
+    points : sequence of Point, str or path-like
+        P pixels, or positions on surfaces of the scene; or a points file, as `read_points` takes it.
+    scene : Scene, optional
+        The scene of the image: needed for positions and for an aperture in degrees. By default the built-in
+        scene of that name, if the image has one.
+    aperture : Aperture or str, optional
+        Such as `"0.125deg"` or `"3px"`. By default 1/8 degree, if there is a scene, else one pixel. Pixels count
+        as far as it covers them.
+    bandwidth : float
+        FWHM of the instrument's triangular bands in nm; 0: none. The notes say where they reach beyond the data.
+    component : str, optional
+        A component or a sum of some (`total`, `single_bounce`, `reflected`, `luminescent`).
+    title : str
+        What to call the image.
+
+    Returns
+    -------
+    PointSpectra
+        `radiance` of shape (P, N) on the N wavelengths of the image, W m-2 sr-1 nm-1 or the unit that the image
+        states. `standard_error` is that of the mean under the aperture, if the image has standard errors of what is
+        measured: pixels are independent, the bands of a pixel fully correlated; `freedom` says of how many
+        samples they are. Known whites are kept if all light is measured (the total, or `single_bounce`):
+        illuminance needs it.
+
+    Raises
+    ------
+    OptionError
+        If a point lies outside the image, is hidden, or is not on a surface; if the scene is needed and not
+        known; if there is no such component; if the points file or the aperture cannot be read.
+    ImageError
+        If the image cannot be read, or a pixel that is measured was not rendered.
+
+    Warns
+    -----
+    ApproximationWarning
+        If the aperture reaches beyond the image.
+
+    Examples
+    --------
+    >>> from fluorspar import SpectralImage, Wavelengths
+    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
+    >>> spectra = measure(image, [Point("1", (2, 3))], aperture="1px")
+    >>> float(spectra.at("1")[0])
+    7.0
+    """
+    with ExitStack() as opened:
+        if not isinstance(image, SpectralImage):
+            title = title or text_of(image)
+            image = opened.enter_context(SpectralImage.open(image))
+        points = points_of(points)
+        if isinstance(aperture, str):
+            aperture = Aperture.parse(aperture)
+        needs_camera = any(not point.is_pixel for point in points)
+        if scene is None and (needs_camera or aperture is None or aperture.unit == "deg"):
+            scene = scene_of(image, required=needs_camera or aperture is not None)
+        aperture = aperture or (Aperture() if scene is not None else Aperture(1.0, "px"))
+        pixels, camera_matrix = _seen(image, points, scene, aperture)
+        radiance, error, freedom = _means(image, points, pixels, aperture, camera_matrix, component)
+        components = select(component, image.components)
+        all_light = components == select(None, image.components)
+        notes = [f"mean under an aperture of {aperture}" + ("" if component is None else f", {component}")]
+        if error_layer(image, component) == ("standard_error", None) and not all_light:
+            notes.append(OF_TOTAL)
+        lit = all_light or component == "single_bounce"
+        spectra = PointSpectra(
+            tuple(point.name for point in points),
+            bands_of(image),
+            radiance,
+            error,
+            unit_of_image(image),
+            whites={point.name: point.white for point in points if point.white is not None and lit},
+            title=title or str(image.attrs.get("scene", "an image")),
+            notes=tuple(notes),
+            correlated=True,
+            freedom=freedom,
+        ).through(bandwidth)
+    if bandwidth and (assumption := beyond_the_data(spectra.grid, spectra.grid, bandwidth)):
+        spectra = replace(spectra, notes=(*spectra.notes, assumption))
+    return spectra
+
+
+def _seen(
+    image: SpectralImage, points: tuple[Point, ...], scene: Scene | None, aperture: Aperture
+) -> tuple[Array, Array | None]:
+    """Where the points are in the image, ndarray of shape (P, 2), and the camera's matrix where it is needed."""
+    needs_camera = any(not point.is_pixel for point in points)
+    if scene is None or not (needs_camera or aperture.unit == "deg"):
+        return pixels_of(points, image.size, None), None
+    from fluorspar.scene.camera import camera_of
+
+    width, height = image.size
+    scene = scene.with_settings(width=width, height=height)
+    projected = visible_pixels(scene, points) if needs_camera else None
+    return pixels_of(points, image.size, projected), camera_of(scene).matrix
+
+
+def _means(
+    image: SpectralImage,
+    points: tuple[Point, ...],
+    pixels: Array,
+    aperture: Aperture,
+    camera_matrix: Array | None,
+    component: str | None,
+) -> tuple[Array, Array | None, Array | None]:
+    """Mean radiance under the aperture (P, N), its standard error (P, N) and the error's degrees of freedom (P,)."""
+    components, layer = select(component, image.components), error_layer(image, component)
+    radiance = np.empty((len(points), len(image.wavelengths)))
+    error, freedom = np.empty_like(radiance), np.empty(len(points))
+    for p, (point, pixel) in enumerate(zip(points, pixels, strict=True)):
+        rows, columns, weights = coverage(pixel, aperture, image.size, camera_matrix)
+        part = image.dataset.isel(y=rows, x=columns)
+        radiance[p] = np.einsum("yx,yxn->n", weights, add_up(part, components), dtype=np.float64)
+        if not np.isfinite(radiance[p]).all():
+            raise ImageError(
+                message("a pixel that is to be measured was not rendered", where=f"point {point.name}")
+            )
+        if layer is not None:
+            errors = values_of(part, layer[0], component=layer[1]).astype(np.float64)
+            error[p] = np.sqrt(np.einsum("yx,yxn->n", weights**2, errors**2))
+            variances = np.square(weights * errors.mean(axis=-1))
+            freedom[p] = combined_freedom(variances.sum(), np.sum(variances**2) / error_freedom(image))
+        radius = radius_in_pixels(pixel, aperture, camera_matrix)
+        if (pixel < radius - 0.01).any() or (pixel + radius > np.array(image.size) + 0.01).any():
+            text = f"the aperture at point {point.name} reaches beyond the image: only the part inside is measured"
+            warnings.warn(text, ApproximationWarning, stacklevel=3)
+    return (radiance, error, freedom) if layer is not None else (radiance, None, None)
