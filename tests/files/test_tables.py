@@ -27,7 +27,7 @@ from fluorspar.files.tables import parse_table, read_table
     ],
 )
 def test_separators(text: str) -> None:
-    assert parse_table(text, where="file").rows.tolist() == [[400, 0.5], [500, 0.6]]
+    assert parse_table(text, where="file").numbers().tolist() == [[400, 0.5], [500, 0.6]]
 
 
 def test_keys_and_header() -> None:
@@ -38,7 +38,7 @@ def test_keys_and_header() -> None:
 
 
 def test_nan_is_left_to_whoever_uses_the_table() -> None:
-    assert np.isnan(parse_table("400 nan", where="file").rows[0, 1])
+    assert np.isnan(parse_table("400 nan", where="file").numbers()[0, 1])
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_nan_is_left_to_whoever_uses_the_table() -> None:
 )
 def test_faults_are_named_with_their_line(text: str, complaint: str) -> None:
     with pytest.raises(SpectrumError, match=complaint):
-        parse_table(text, where="dye.csv")
+        parse_table(text, where="dye.csv").numbers()
 
 
 def test_missing_and_binary_files(tmp_path) -> None:

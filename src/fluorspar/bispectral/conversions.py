@@ -15,7 +15,6 @@ from fluorspar.spectral.spectrum import trapezoid
 
 __all__ = [
     "Stokes",
-    "band_from_density",
     "density_from_band",
     "from_unit_norm",
     "stokes_weights",
@@ -139,17 +138,3 @@ def density_from_band(matrix: Array, step: float) -> tuple[Array, Array]:
     reflectance = np.diagonal(matrix).copy()
     np.fill_diagonal(density, 0.0)
     return reflectance, density
-
-
-def band_from_density(reflectance: Array, density: Array, step: float) -> Array:
-    """Join S, shape (N,), and D_L, shape (N, N), 1/nm, into a band-weighted matrix.
-
-    The inverse of `density_from_band`.
-
-    Examples
-    --------
-    >>> band_from_density(np.array([0.5, 0.4]), np.array([[0, 0], [0.02, 0]]), step=10)
-    array([[0.5, 0. ],
-           [0.2, 0.4]])
-    """
-    return np.diag(reflectance) + step * density

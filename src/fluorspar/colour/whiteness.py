@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fluorspar.colour.xyz import CIE_1931
+from fluorspar.colour.observers import CIE_1931, CIE_1964
 from fluorspar.errors import OptionError, message
 
 __all__ = ["CIE_1964", "Whiteness", "cie_whiteness"]
-
-CIE_1964 = "CIE 1964 10 Degree Standard Observer"
 
 _TINT = {CIE_1931: 1000.0, CIE_1964: 900.0}  # coefficient of x; that of y is 650 for both
 _LEAST_WHITENESS = 40.0

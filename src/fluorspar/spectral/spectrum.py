@@ -17,6 +17,7 @@ from fluorspar.files.tables import read_table
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [
+    "SUFFIXES",
     "Outside",
     "Spectrum",
     "SpectrumLike",
@@ -28,6 +29,9 @@ __all__ = [
 ]
 
 Outside = Literal["warn", "error", "zero", "hold"]
+
+SUFFIXES = (".csv", ".spd", ".txt")
+"""Of files that `read_spectrum` reads."""
 
 _SAME = 1e-6  # nm; wavelengths closer than this are one
 
@@ -111,6 +115,11 @@ class Spectrum:
     def support(self) -> tuple[float, float]:
         """First and last wavelength in nm."""
         return float(self.wavelengths[0]), float(self.wavelengths[-1])
+
+    @property
+    def peak(self) -> float:
+        """Wavelength in nm of the highest sample."""
+        return float(self.wavelengths[self.values.argmax()])
 
     def on(self, grid: Wavelengths, *, outside: Outside = "warn") -> NDArray[np.float64]:
         """Sample on a grid, linear between samples.
@@ -262,10 +271,11 @@ def read_spectrum(path: str | Path, name: str = "") -> Spectrum:
     1.5
     """
     table = read_table(Path(path))
-    if table.rows.shape[1] != 2:
-        got, expected = f"{table.rows.shape[1]} columns", "wavelength and value"
+    columns = table.numbers().T
+    if len(columns) != 2:
+        got, expected = f"{len(columns)} columns", "wavelength and value"
         raise SpectrumError(message("the file is not a spectrum", where=path, got=got, expected=expected))
-    wavelengths, values = table.rows.T
+    wavelengths, values = columns
     return Spectrum(wavelengths, values, name or Path(path).name, table.keys.get("assumed", ""))
 
 

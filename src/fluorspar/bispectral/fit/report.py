@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,10 +94,9 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
     grid = Wavelengths(float(first), float(first + h * np.floor((last - first) / h + 1e-6)), h)
     with warnings.catch_warnings():  # both sides assume the same outside the data
         warnings.simplefilter("ignore", ExtrapolationWarning)
-        S, density = measured.on(grid)
+        full = measured.on(grid)
         fitted = material.on(grid)
-    full = DonaldsonMatrix(grid, S, luminescent=density)
-    stokes = DonaldsonMatrix(grid, S, luminescent=np.tril(density))
+    stokes = replace(full, luminescent=np.tril(full.density()))
     seen = (grid.values >= measured.emission[0]) & (grid.values <= measured.emission[-1])
     weights = np.where(seen[:, None], observer_weights(grid), 0.0)
     delta_e, delta_e_all_cells = (
@@ -107,7 +106,7 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
     S_range = measured.reflectance.support
     known = (grid.values > S_range[0] - 1e-6) & (grid.values < S_range[1] + 1e-6)
     below = np.tri(len(grid), k=-1) * seen[:, None] > 0
-    cells = density[below]
+    cells = full.density()[below]
     residual = np.sqrt(np.mean((fitted.density()[below] - cells) ** 2))
     return FitReport(
         grid,
