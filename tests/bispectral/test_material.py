@@ -194,7 +194,7 @@ def test_a_material_needs_a_reflectance() -> None:
 def test_a_mixture_of_mixtures_is_one_sum() -> None:
     a, b = dyed("a", 520, 0.05), sheet()
     outer = mix([(mix([(a, 0.5), (b, 0.5)]), 0.5), (b, 0.5)])
-    assert [(weight, term.title) for weight, term in outer.terms] == [
+    assert [(weight, term.name) for weight, term in outer.terms] == [
         (0.25, "a"),
         (0.25, "sheet"),
         (0.5, "sheet"),

@@ -65,6 +65,13 @@ class Fluorophore:
         if abs(integral - 1) > _NORMALISED:
             object.__setattr__(self, "excitation", self.excitation.scaled(1 / integral))
 
+    def __str__(self) -> str:
+        """Its peaks in words."""
+        most = f"{self.emission.values.max():.3g}"
+        return (
+            f"excitation peak {self.excitation.peak:g} nm, emission peak {self.emission.peak:g} nm ({most})"
+        )
+
     def scaled(self, factor: float) -> Fluorophore:
         """Return it with `factor` times the emission."""
         return self if factor == 1 else replace(self, emission=self.emission.scaled(factor))
@@ -92,11 +99,6 @@ class FactoredMatrix:
     reflectance: Spectrum
     fluorophores: tuple[Fluorophore, ...] = ()
     name: str = ""
-
-    @property
-    def title(self) -> str:
-        """The name, or "spectra" if it has none."""
-        return self.name or "spectra"
 
     @property
     def fluorescent(self) -> bool:

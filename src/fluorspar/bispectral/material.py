@@ -14,15 +14,7 @@ from fluorspar.bispectral.conversions import Stokes
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, weighted_matrices
 from fluorspar.bispectral.factored import FactoredMatrix, Fluorophore
 from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.bispectral.summary import (
-    colour_in_words,
-    fluorophore_in_words,
-    in_lines,
-    measured_in_words,
-    photon_yield_in_words,
-    reflectance_in_words,
-    summary_grid,
-)
+from fluorspar.bispectral.summary import colour_in_words, in_lines, photon_yield_in_words, summary_grid
 from fluorspar.errors import ExtrapolationWarning, MaterialError, message
 from fluorspar.spectral.spectrum import Spectrum, check_reflectance, weighted_sum
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -96,22 +88,20 @@ class Material:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ExtrapolationWarning)  # its span is told
             D = self.unchecked_on(summary_grid(self.reflectance))
-        facts = [(key, getattr(self, key)) for key in ("description", "credit", "quality", "assumed")]
-        facts.append(("reflectance", reflectance_in_words(self.reflectance)))
-        facts.append(("fluorescent", self._luminescence_in_words()))
-        for k, dye in enumerate(self.fluorophores, start=1):
-            facts.append((f"fluorophore {k}", fluorophore_in_words(dye)))
+        facts = {key: getattr(self, key) for key in ("description", "credit", "quality", "assumed")}
+        facts["reflectance"] = str(self.reflectance)
+        if self.fluorescent and len(self.terms) > 1:
+            facts["fluorescent"] = "yes, " + " and ".join(
+                f"{weight:.3g} of {term.name}" for weight, term in self.terms
+            )
+        elif self.fluorescent:
+            facts["fluorescent"] = f"yes, {self.matrix}" if self.matrix else "yes"
+        else:
+            facts["fluorescent"] = "no"
+        facts |= {f"fluorophore {k}": str(dye) for k, dye in enumerate(self.fluorophores, start=1)}
         if self.fluorescent:
-            facts.append(("photon yield", photon_yield_in_words(self.matrix or D)))
-        facts.append(("under D65", colour_in_words(D)))
-        return in_lines(f"Material '{self.name}'", facts)
-
-    def _luminescence_in_words(self) -> str:
-        if not self.fluorescent:
-            return "no"
-        if len(self.terms) > 1:
-            return "yes, " + " and ".join(f"{weight:.3g} of {term.title}" for weight, term in self.terms)
-        return "yes" if self.matrix is None else f"yes, {measured_in_words(self.matrix)}"
+            facts["photon yield"] = photon_yield_in_words(self.matrix or D)
+        return in_lines(f"Material '{self.name}'", facts | {"under D65": colour_in_words(D)})
 
     @classmethod
     def from_matrix(

@@ -79,6 +79,15 @@ class MeasuredMatrix:
         self._check_wavelengths()
         check_stokes_side(self._luminescent_cells(), self.emission, self.excitation, self.title)
 
+    def __str__(self) -> str:
+        """Its ranges and peak in words."""
+        i, j = np.unravel_index(self.density.argmax(), self.density.shape)
+        em, ex = self.emission, self.excitation
+        return (
+            f"a measured matrix: excitation {ex[0]:g}-{ex[-1]:g} nm, "
+            f"emission {em[0]:g}-{em[-1]:g} nm by {self.step:g}, peak {ex[j]:g} nm to {em[i]:g} nm"
+        )
+
     def _check_wavelengths(self) -> None:
         for what, values in (("excitation", self.excitation), ("emission", self.emission)):
             steps = np.diff(values)

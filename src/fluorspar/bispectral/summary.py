@@ -1,14 +1,11 @@
-"""What a material is made of, in words: what it covers, where it fluoresces, which colour it has."""
+"""The lines that describe a material: its photon yields and its colour in words."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-
-import numpy as np
+from collections.abc import Mapping
 
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
-from fluorspar.bispectral.factored import Fluorophore
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.bispectral.shown_colour import LampColour
 from fluorspar.colour.observers import CIE_1931
@@ -16,31 +13,23 @@ from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = [
-    "colour_in_words",
-    "fluorophore_in_words",
-    "in_lines",
-    "measured_in_words",
-    "photon_yield_in_words",
-    "reflectance_in_words",
-    "summary_grid",
-]
+__all__ = ["colour_in_words", "in_lines", "photon_yield_in_words", "summary_grid"]
 
 _STEP = 5.0  # nm, of the grid on which photon yield and colour are found
 _RANGE = (300.0, 780.0)  # nm, at most
 
 
-def in_lines(title: str, facts: Sequence[tuple[str, str]]) -> str:
+def in_lines(title: str, facts: Mapping[str, str]) -> str:
     """Write facts below a title, one a line; of mixtures, one a line for each ingredient.
 
     Examples
     --------
-    >>> print(in_lines("Material 'grey'", [("credit", ""), ("fluorescent", "no")]))
+    >>> print(in_lines("Material 'grey'", {"credit": "", "fluorescent": "no"}))
     Material 'grey'
       fluorescent:   no
     """
     lines = [title]
-    for key, text in facts:
+    for key, text in facts.items():
         parts = enumerate(text.splitlines())
         lines += [f"  {key + ':' if not k else '':<14} {part}" for k, part in parts if part]
     return "\n".join(lines)
@@ -59,42 +48,6 @@ def summary_grid(reflectance: Spectrum) -> Wavelengths:
     if last - first < _STEP:  # data for a few nanometres, or none where light is looked at
         first, last = _RANGE if last <= first else (first, first + _STEP)
     return Wavelengths(first, first + _STEP * math.floor((last - first) / _STEP), _STEP)
-
-
-def reflectance_in_words(spectrum: Spectrum) -> str:
-    """Range and extremes of a reflectance.
-
-    Examples
-    --------
-    >>> reflectance_in_words(Spectrum([400, 700], [0.1, 0.2]))
-    '400-700 nm, from 0.1 at 400 nm to 0.2 at 700 nm'
-    """
-    if spectrum.is_constant:
-        return f"{spectrum.values[0]:.3g} at all wavelengths"
-    least, most = int(spectrum.values.argmin()), int(spectrum.values.argmax())
-    w, v = spectrum.wavelengths, spectrum.values
-    span = f"{w[0]:g}-{w[-1]:g} nm"
-    if v[least] == v[most]:
-        return f"{span}, {v[0]:.3g} everywhere"
-    return f"{span}, from {v[least]:.3g} at {w[least]:g} nm to {v[most]:.3g} at {w[most]:g} nm"
-
-
-def measured_in_words(matrix: MeasuredMatrix) -> str:
-    """Range and peak of a measured matrix."""
-    i, j = np.unravel_index(matrix.density.argmax(), matrix.density.shape)
-    return (
-        f"a measured matrix: excitation {matrix.excitation[0]:g}-{matrix.excitation[-1]:g} nm, "
-        f"emission {matrix.emission[0]:g}-{matrix.emission[-1]:g} nm by {matrix.step:g}, "
-        f"peak {matrix.excitation[j]:g} nm to {matrix.emission[i]:g} nm"
-    )
-
-
-def fluorophore_in_words(dye: Fluorophore) -> str:
-    """Peaks of a fluorophore."""
-    return (
-        f"excitation peak {dye.excitation.peak:g} nm, "
-        f"emission peak {dye.emission.peak:g} nm ({dye.emission.values.max():.3g})"
-    )
 
 
 def photon_yield_in_words(matrix: DonaldsonMatrix | MeasuredMatrix) -> str:

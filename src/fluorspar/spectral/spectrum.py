@@ -89,6 +89,15 @@ class Spectrum:
             got = f"{w[0]:g} to {w[-1]:g} nm"
             raise SpectrumError(message("a wavelength is impossible", where=self.title, got=got))
 
+    def __str__(self) -> str:
+        """Its range and extremes in words."""
+        w, v = self.wavelengths, self.values
+        if self.is_constant:
+            return f"{v[0]:.3g} at all wavelengths"
+        least, most = int(v.argmin()), int(v.argmax())
+        extremes = f"from {v[least]:.3g} at {w[least]:g} nm to {v[most]:.3g} at {w[most]:g} nm"
+        return f"{w[0]:g}-{w[-1]:g} nm, " + (f"{v[0]:.3g} everywhere" if v[least] == v[most] else extremes)
+
     @classmethod
     def constant(cls, value: float, name: str = "", assumed: str = "") -> Spectrum:
         """Make the spectrum that has one value at every wavelength, from 0 to inf.
