@@ -30,9 +30,9 @@ def stokes_weights(count: int, stokes: Stokes) -> Array:
 
     Parameters
     ----------
-    count
+    count : int
         Number N of wavelengths.
-    stokes
+    stokes : {"half", "strict"}
         "half" is the trapezoid rule for the integral up to the emission wavelength, "strict" Eq. 1 of the
         paper.
 
@@ -59,7 +59,7 @@ def to_unit_norm(emission: ArrayLike, excitation: ArrayLike, step: float) -> tup
     ----------
     emission, excitation : array_like of shape (..., N)
         alpha, dimensionless, and beta, 1/nm.
-    step
+    step : float
         h of the grid in nm.
 
     Returns

@@ -40,7 +40,7 @@ class DonaldsonMatrix:
 
     Parameters
     ----------
-    wavelengths
+    wavelengths : Wavelengths
         The grid, N wavelengths.
     reflectance : ndarray of shape (N,)
         S, the reflected radiance factor.
@@ -128,7 +128,7 @@ class DonaldsonMatrix:
         ----------
         matrix : array_like of shape (N, N)
             Rows are emission, columns excitation wavelengths.
-        wavelengths
+        wavelengths : Wavelengths
             Its grid.
 
         Examples
@@ -296,9 +296,9 @@ class DonaldsonMatrix:
 
         Parameters
         ----------
-        name
+        name : str
             For messages.
-        orientation
+        orientation : bool
             Whether to look for a transposed matrix: False where it was looked for on the measured cells, of which
             this may be a small part.
 
@@ -344,7 +344,7 @@ class DonaldsonMatrix:
 
         Parameters
         ----------
-        emission
+        emission : (float, float)
             First and last emission wavelength in nm.
 
         Returns

@@ -66,7 +66,7 @@ def dye(
     substrate : float, Spectrum, ... or Material, optional
         Reflectance of what is dyed; if it fluoresces, its dyes get the light that this one leaves, as S does:
         their beta times 1 - a.
-    name, description, credit, assumed
+    name, description, credit, assumed : str
         Of the material.
 
     Returns
@@ -149,17 +149,17 @@ def read_dye(
 
     Parameters
     ----------
-    excitation, emission
+    excitation, emission : str or Path
         Two-column files (`.csv`, `.spd`, `.txt`): wavelength in nm, value. A line `# units: photon` or
         `# units: energy` says what is counted; the two files may differ.
-    quantum_yield
+    quantum_yield : float
         Photons given out per photon absorbed, 0 to 1.
-    strength
+    strength : float
         The share of the light that is absorbed at the peak, 0 to 1.
     units : {"energy", "photon"}, optional
         Of files that do not say it. It is never guessed.
-    substrate, name, description, credit
-        See `dye`; the name is that of the emission file by default.
+    substrate, name, description, credit : as in `dye`
+        The name is that of the emission file by default.
 
     Returns
     -------

@@ -35,15 +35,14 @@ def colour_under_lamp(
 
     Parameters
     ----------
-    material
-        The material.
-    lamp
+    material : Material
+    lamp : str or Spectrum
         Name of an illuminant, or a spectrum, in any unit.
-    uv_cut
+    uv_cut : float, optional
         Take away what the lamp gives below this wavelength in nm, sharply, as with an ideal filter.
-    observer
+    observer : str
         Name of the colour matching functions.
-    wavelengths
+    wavelengths : Wavelengths, optional
         The grid; the light of all its wavelengths excites. 300-780 nm by 5 by default, or as fine as the lamp is
         tabulated, down to 1 nm.
 
@@ -97,14 +96,12 @@ def colour_under_condition(
 
     Parameters
     ----------
-    material
-        The material.
-    condition
+    material : Material
+    condition : str
         "M0", "M1" or "M2" (see `MeasurementCondition`).
-    observer
+    observer : str
         Name of the colour matching functions; ISO 13655 wants CIE 1931.
-    wavelengths
-        The grid.
+    wavelengths : Wavelengths
 
     Returns
     -------

@@ -29,13 +29,13 @@ def material(
 
     Parameters
     ----------
-    name
+    name : str or Path
         The name of a library material; or a file: a material `.csv`, a Donaldson `.csv` or a Labsphere
         `.bfc`; or a mixture "A:0.3,B:0.7" of such, in which D is mixed linearly.
-    directories
+    directories : sequence of str or Path
         Folders to look in first, before those in the environment variable `FLUORSPAR_MATERIALS` and before
         the shipped library.
-    base
+    base : Path, optional
         Folder beside which files are looked for before anything else, also those of a mixture: that of a scene.
 
     Raises
@@ -82,7 +82,7 @@ def materials(directories: Sequence[str | Path] = ()) -> list[str]:
 
     Parameters
     ----------
-    directories
+    directories : sequence of str or Path
         As for `material`.
 
     Raises

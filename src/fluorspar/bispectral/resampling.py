@@ -20,9 +20,9 @@ def resampled(material: Material, grid: Wavelengths) -> Material:
 
     Parameters
     ----------
-    material
+    material : Material
         Of factors, without a measured matrix.
-    grid
+    grid : Wavelengths
         N wavelengths, within the data of the reflectance.
 
     Returns

@@ -26,9 +26,9 @@ def observer_named(text: str, where: str | None = None) -> str:
 
     Parameters
     ----------
-    text
+    text : str
         "2" or "10", degrees, of the CIE observers of 1931 and 1964; or a name in colour-science.
-    where
+    where : str, optional
         The option, for messages.
 
     Raises
@@ -55,7 +55,7 @@ def matching_functions(observer: str) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    observer
+    observer : str
         As for `observer_named`.
 
     Returns

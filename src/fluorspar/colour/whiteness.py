@@ -54,7 +54,7 @@ def cie_whiteness(xyz: ArrayLike, white: ArrayLike, observer: str = CIE_1964) ->
         Of the sample.
     white : array_like of shape (3,)
         Of the perfect diffuser in the same light and unit.
-    observer
+    observer : str
         `CIE_1931` or `CIE_1964`, the one both were found with; 10 degree is usual.
 
     Returns

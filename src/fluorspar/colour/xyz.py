@@ -47,10 +47,10 @@ def observer_weights(grid: Wavelengths, observer: str = CIE_1931) -> Array:
 
     Parameters
     ----------
-    grid
+    grid : Wavelengths
         N wavelengths. The sum runs over those within the observer's table (360-830 nm for CIE 1931); the
         weight of others is 0.
-    observer
+    observer : str
         Name of the colour matching functions in colour-science; interpolated linearly, from 1 nm steps.
 
     Returns
@@ -83,7 +83,7 @@ def xyz_from_radiance(radiance: ArrayLike, grid: Wavelengths, observer: str = CI
     ----------
     radiance : array_like of shape (..., N)
         W m-2 sr-1 nm-1.
-    grid
+    grid : Wavelengths
         Its N wavelengths; the sum runs over those within the observer's table, 360-830 nm.
 
     Returns
@@ -129,7 +129,7 @@ def white_xyz(illuminant: ArrayLike, grid: Wavelengths, observer: str = CIE_1931
     illuminant : array_like of shape (N,)
         What the diffuser shows, irradiance / pi, W m-2 sr-1 nm-1; or any relative spectrum if only ratios
         matter.
-    grid
+    grid : Wavelengths
         Its N wavelengths.
 
     Returns
@@ -183,7 +183,7 @@ def srgb_from_xyz(xyz: ArrayLike, exposure: float = 1.0) -> tuple[Array, float]:
     Parameters
     ----------
     xyz : array_like of shape (..., 3)
-    exposure
+    exposure : float
         What `xyz` is multiplied with, so that Y = 1 shows as white (D65; no chromatic adaptation).
 
     Returns

@@ -83,13 +83,13 @@ def read_text(
 
     Parameters
     ----------
-    path
+    path : Path or Traversable
         A file, or a resource of the package.
-    error
+    error : type of FluorsparError
         The exception to raise.
-    encoding
+    encoding : str
         Of the text.
-    any_size
+    any_size : bool
         Whether it may be larger than 10 MB, or a device or pipe. Else such a file is refused before it is read: it
         was named by mistake.
 
@@ -127,11 +127,11 @@ def read_table(
 
     Parameters
     ----------
-    path
+    path : Path or Traversable
         A file, or a resource of the package.
-    error
+    error : type of FluorsparError
         The exception to raise.
-    named_rows
+    named_rows : bool
         Whether rows hold names beside numbers (see `parse_table`). Such a table may have any size.
 
     Raises

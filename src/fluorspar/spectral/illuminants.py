@@ -23,7 +23,7 @@ def illuminant(name: str) -> Spectrum:
 
     Parameters
     ----------
-    name
+    name : str
         "D65", "D50", "A", "E", "FL2", "FL11", "LED-B1", ... or a lamp shipped with Fluorspar, in upper or
         lower case.
 

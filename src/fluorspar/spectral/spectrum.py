@@ -135,9 +135,9 @@ class Spectrum:
 
         Parameters
         ----------
-        grid
+        grid : Wavelengths
             The wavelengths wanted.
-        outside
+        outside : {"warn", "error", "zero", "hold"}
             What happens where the grid reaches beyond the data: "warn" holds the end value and says so,
             "hold" does it without a word, "zero" gives 0, "error" refuses.
 
@@ -260,9 +260,8 @@ def read_spectrum(path: str | Path, name: str = "") -> Spectrum:
 
     Parameters
     ----------
-    path
-        The file.
-    name
+    path : str or Path
+    name : str
         For messages; the file's name by default.
 
     Raises
@@ -293,9 +292,9 @@ def as_spectrum(value: SpectrumLike, name: str = "") -> Spectrum:
 
     Parameters
     ----------
-    value
+    value : float, str, Path, Spectrum or (wavelengths, values)
         A number or the text of one (constant), a pair (wavelengths, values), a file, or a `Spectrum`.
-    name
+    name : str
         For messages; a `Spectrum` that has a name keeps it.
 
     Raises

@@ -30,8 +30,7 @@ def read_bfc(path: str | Path) -> MeasuredMatrix:
 
     Parameters
     ----------
-    path
-        The file.
+    path : str or Path
 
     Returns
     -------

@@ -26,8 +26,7 @@ def read_donaldson_csv(path: str | Path) -> MeasuredMatrix:
 
     Parameters
     ----------
-    path
-        The file.
+    path : str or Path
 
     Raises
     ------

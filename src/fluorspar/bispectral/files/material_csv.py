@@ -30,9 +30,9 @@ def write_material(path: str | Path, material: Material) -> Path:
 
     Parameters
     ----------
-    path
+    path : str or Path
         The file; an existing one is replaced when the new one is complete.
-    material
+    material : Material
         Of factors: without a measured matrix and not a mixture of materials that keep their own tables.
 
     Returns
@@ -101,9 +101,9 @@ def material_of_table(table: Table, stem: str) -> Material:
 
     Parameters
     ----------
-    table
+    table : Table
         See `fluorspar.bispectral.files.registry.read_material`.
-    stem
+    stem : str
         The name of a material that states none.
 
     Raises

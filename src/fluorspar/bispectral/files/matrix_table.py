@@ -20,7 +20,7 @@ def matrix_of_table(table: Table) -> tuple[Array, Array, Array]:
 
     Parameters
     ----------
-    table
+    table : Table
         Its first column holds emission, its header excitation wavelengths in nm.
 
     Returns

@@ -88,16 +88,15 @@ def fit_material(
 
     Parameters
     ----------
-    measured
-        The matrix.
-    rank
+    measured : MeasuredMatrix
+    rank : int, optional
         Number of fluorophores, 0 included; chosen by the data if None (see `choose_rank`). Terms that find no
         luminescence are left out.
-    name, description, credit
+    name, description, credit : str
         Of the material.
-    smooth
+    smooth : bool
         Make the spectra as smooth as the noise allows.
-    support
+    support : (float, float)
         The first and last wavelength of the tables in nm. Where the data end earlier S keeps its end value
         and alpha and beta are 0, which `material.assumed` says.
 

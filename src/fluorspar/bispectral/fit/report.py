@@ -62,11 +62,10 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
 
     Parameters
     ----------
-    measured
-        The matrix.
-    material
+    measured : MeasuredMatrix
+    material : Material
         Its fit.
-    step
+    step : float, optional
         Of the grid in nm; that of the measurement by default.
 
     Returns
@@ -148,9 +147,9 @@ def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
 
     Parameters
     ----------
-    fit
+    fit : MaterialFit
         From `fit_material`.
-    coarse, fine
+    coarse, fine : FitReport
         From `report_fit`, at the step of the measurement and at half of it.
 
     Returns
