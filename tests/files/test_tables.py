@@ -60,3 +60,19 @@ def test_missing_and_binary_files(tmp_path) -> None:
     (tmp_path / "picture.csv").write_bytes(b"\xff\xfe\x00\x80")
     with pytest.raises(SpectrumError, match="cannot be read as text"):
         read_table(tmp_path / "picture.csv")
+
+
+def test_rows_with_names() -> None:
+    """Names hold blanks, begin with # and, quoted or where something else separates the cells, hold any separator."""
+    for text in (
+        '# a comment\npoint,x,note\nleft wall,1,"a, b; c"\n#2,2,white; matte\n',
+        "point\tx\tnote\nleft wall\t1\ta, b; c\n#2\t2\twhite; matte\n",
+    ):
+        table = parse_table(text, where="points.csv", named_rows=True)
+        assert table.header == ("point", "x", "note")
+        assert table.rows == [["left wall", "1", "a, b; c"], ["#2", "2", "white; matte"]]
+
+
+def test_a_line_that_is_no_part_of_a_table() -> None:
+    with pytest.raises(SpectrumError, match=r"(?s)not part of a table.*dump\.csv, line 2"):
+        parse_table("a,b\n1," + 200_000 * "x", where="dump.csv")

@@ -89,12 +89,10 @@ def colour(
     _print(shown, sample.name)
     if output is not None:
         _write(shown, output)
-        console.out.print(f"wrote {output}", markup=False, highlight=False)
     if plot is not None:
         from fluorspar.figures.materials import lamp_figure
 
         write_plot(lamp_figure(shown, sample.name), plot)
-        console.out.print(f"wrote {plot}", markup=False, highlight=False)
 
 
 def _lamp(text: str) -> str | Spectrum:

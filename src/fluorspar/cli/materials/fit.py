@@ -90,7 +90,6 @@ def fit(
         from fluorspar.figures.materials import fit_figure
 
         write_plot(fit_figure(replace(result, material=written)), plot)
-        console.out.print(f"wrote {plot}", markup=False, highlight=False)
 
 
 def _support(grid: Wavelengths | None, measured: MeasuredMatrix) -> tuple[float, float]:

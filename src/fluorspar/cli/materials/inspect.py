@@ -79,12 +79,10 @@ def inspect(
     console.out.print(colours)
     if yields is not None:
         _write_yields(yields, sample, None if best is None else best.coarse)
-        console.out.print(f"wrote {yields}", markup=False, highlight=False)
     if plot is not None:
         from fluorspar.figures.materials import fit_figure, material_figure
 
         write_plot(material_figure(sample) if best is None else fit_figure(best.fit), plot)
-        console.out.print(f"wrote {plot}", markup=False, highlight=False)
 
 
 class _Fit(NamedTuple):

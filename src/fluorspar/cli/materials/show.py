@@ -24,4 +24,3 @@ def show(name: MaterialArgument, plot: PlotOption = None, library: LibraryOption
         from fluorspar.figures.materials import material_figure
 
         write_plot(material_figure(shown), plot)
-        console.out.print(f"wrote {plot}", markup=False, highlight=False)
