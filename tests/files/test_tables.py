@@ -37,6 +37,11 @@ def test_keys_and_header() -> None:
     assert table.header == ("nm", "S")
 
 
+def test_the_corner_of_a_header_may_be_empty() -> None:
+    table = parse_table(",400,500\n400,0.5,0.1\n", where="file")
+    assert (table.header, table.rows) == (("", "400", "500"), [["400", "0.5", "0.1"]])
+
+
 def test_nan_is_left_to_whoever_uses_the_table() -> None:
     assert np.isnan(parse_table("400 nan", where="file").numbers()[0, 1])
 

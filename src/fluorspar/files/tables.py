@@ -184,7 +184,10 @@ def parse_table(
                 raise error(
                     message("a line is not part of a table", where=f"{where}, line {number}", got=err)
                 ) from err
-    has_header = named_rows or any(cell and _number(cell) is None for _, cells in lines[:1] for cell in cells)
+    first = lines[0][1] if lines else []
+    while first[-1:] == [""]:  # separators at the end of a line of numbers make no header of it
+        first = first[:-1]
+    has_header = named_rows or any(_number(cell) is None for cell in first)
     return table_of_lines(keys, lines, has_header=has_header, where=Path(where), error=error)
 
 
