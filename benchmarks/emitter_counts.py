@@ -47,10 +47,7 @@ def with_one_fluorescent(scene: Scene) -> tuple[Scene, str]:
     on_object = {surface.front for surface in scene.surfaces if surface.name == "object"}
     glowing = [row for row, made in enumerate(scene.materials) if made.fluorescent]
     first = scene.materials[next((row for row in glowing if row in on_object), glowing[0])]
-    materials = tuple(
-        made if made is first else replace(made, fluorophores=(), matrix=None, parts=())
-        for made in scene.materials
-    )
+    materials = tuple(made if made is first else replace(made, fluorophores=()) for made in scene.materials)
     return replace(scene, materials=materials), first.name
 
 

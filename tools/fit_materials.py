@@ -1,11 +1,11 @@
 """Make the material and lamp files of the library from measured data.
 
-    python tools/fit_materials.py DATA [--out src/fluorspar/data] [--table quality.md]
+    python tools/fit_materials.py DATA [--out src/fluorspar/data]
 
 DATA is a folder that holds, anywhere below it, the measured Donaldson matrices named in `SAMPLES` (RIT .BFC
 files, and the ICC's and Labsphere's as Donaldson .csv) and `cornell_reflectances_4nm.csv`. Everything else
 - flat reflectances, dyes from published peak positions, the lamp of the Cornell box - stands in this file.
-A table of fit qualities is printed.
+`python tools/quality_table.py` then writes the table of fit qualities into the docs.
 """
 
 from __future__ import annotations
@@ -17,13 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from fluorspar.bispectral.dye import dye
-from fluorspar.bispectral.files.bfc import read_bfc
-from fluorspar.bispectral.files.donaldson_csv import read_donaldson_csv
 from fluorspar.bispectral.files.material_csv import write_material
-from fluorspar.bispectral.fit.fit import MaterialFit, fit_material
-from fluorspar.bispectral.fit.report import FitReport, fit_quality, report_fit
+from fluorspar.bispectral.files.registry import read_matrix
+from fluorspar.bispectral.fit.fit import fit_material
+from fluorspar.bispectral.fit.report import fit_quality, report_fit
 from fluorspar.bispectral.material import Material
-from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -91,95 +89,47 @@ def main() -> None:
     )
     parser.add_argument("data", type=Path, help="folder with the measured matrices and reflectances")
     parser.add_argument("--out", type=Path, default=Path("src/fluorspar/data"), help="folder to write to")
-    parser.add_argument("--table", type=Path, help="also write the table of fit qualities to this file")
     arguments = parser.parse_args()
     materials, lamps = arguments.out / "materials", arguments.out / "illuminants"
     materials.mkdir(parents=True, exist_ok=True)
     lamps.mkdir(parents=True, exist_ok=True)
-    rows = []
-    for sample in SAMPLES:
-        fit, coarse, fine = fit_sample(sample, find(arguments.data, sample.stem))
-        write_material(materials / f"{sample.name}.csv", fit.material)
-        rows.append((sample, fit, coarse, fine))
-    orange = next(fit.material for sample, fit, _, _ in rows if sample.name == "poster-orange")
-    for material in (*flat_materials(), *cornell_materials(arguments.data), *dyes(), orange_on_gray(orange)):
+    fitted = {sample.name: fit_sample(sample, find(arguments.data, sample.stem)) for sample in SAMPLES}
+    others = (*flat_materials(), *cornell_materials(arguments.data), *dyes())
+    for material in (*fitted.values(), *others, orange_on_gray(fitted["poster-orange"])):
         write_material(materials / f"{material.name}.csv", material)
+        print(f"{material.name}: {material.quality}")
     write_cornell_lamp(lamps / "cornell-lamp.csv")
-    table = quality_table(rows)
-    print(table)
-    if arguments.table:
-        arguments.table.write_text(table + "\n", encoding="utf-8")
 
 
 def find(folder: Path, stem: str) -> Path:
     """Return the one file of that stem below a folder."""
-    found = [
+    files = [
         path for path in sorted(folder.rglob("*")) if path.is_file() and path.stem.lower() == stem.lower()
     ]
-    if len(found) != 1:
-        raise SystemExit(f"{folder}: expected one file named {stem}.*, found {len(found)}")
-    return found[0]
+    if len(files) != 1:
+        raise SystemExit(f"{folder}: expected one file named {stem}.*, found {len(files)}")
+    return files[0]
 
 
-def read(path: Path) -> MeasuredMatrix:
-    """Read a measured matrix of either kind."""
-    return read_bfc(path) if path.suffix.lower() == ".bfc" else read_donaldson_csv(path)
-
-
-def fit_sample(sample: Sample, path: Path) -> tuple[MaterialFit, FitReport, FitReport]:
-    """Fit a sample; return the fit with its quality in words, and reports at the measured and half the step."""
-    fit = fit_material(read(path), name=sample.name, description=sample.description, credit=sample.credit)
-    coarse, fine = (
-        report_fit(fit.measured, fit.material, step) for step in (fit.measured.step, fit.measured.step / 2)
+def fit_sample(sample: Sample, path: Path) -> Material:
+    """Fit a sample, and say how well at the measured step and at half of it."""
+    fit = fit_material(
+        read_matrix(path), name=sample.name, description=sample.description, credit=sample.credit
     )
-    return replace(fit, material=replace(fit.material, quality=fit_quality(fit, coarse, fine))), coarse, fine
-
-
-def quality_table(rows: list[tuple[Sample, MaterialFit, FitReport, FitReport]]) -> str:
-    """Return the fit qualities as a Markdown table."""
-    lights = list(rows[0][2].delta_e)
-    head = [
-        "material",
-        "sample",
-        "rank",
-        *lights,
-        "D65, half step",
-        "D65, all cells",
-        "unexplained",
-        "photon yield",
-    ]
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    for sample, fit, coarse, fine in rows:
-        cells = [sample.name, sample.stem, str(fit.rank)]
-        cells += [f"{coarse.delta_e[light]:.2f}" for light in lights]
-        cells += [f"{fine.delta_e['D65']:.2f}", f"{coarse.delta_e_all_cells['D65']:.2f}"]
-        cells += [f"{100 * fit.unexplained:.0f} %" if fit.rank else "-", f"{coarse.photon_yield.max():.2f}"]
-        lines.append("| " + " | ".join(cells) + " |")
-    lit = [(coarse, fine) for _, fit, coarse, fine in rows if fit.rank]
-    means = [np.mean([coarse.delta_e[light] for coarse, _ in lit]) for light in lights]
-    means += [np.mean([fine.delta_e["D65"] for _, fine in lit])]
-    means += [np.mean([coarse.delta_e_all_cells["D65"] for coarse, _ in lit])]
-    mean = ["mean of the fluorescent", "", "", *(f"{value:.2f}" for value in means), "", ""]
-    lines.append("| " + " | ".join(mean) + " |")
-    return "\n".join(lines)
+    step = fit.measured.step
+    coarse, fine = (report_fit(fit.measured, fit.material, h) for h in (step, step / 2))
+    return replace(fit.material, quality=fit_quality(fit, coarse, fine))
 
 
 def flat_materials() -> list[Material]:
     """Reflectances that are the same at every wavelength."""
-    found = []
+    flat = []
     for name, (value, description) in FLAT.items():
         assumed = f"reflectance {value:g} at every wavelength is assumed, not measured"
-        reflectance = Spectrum(
-            np.array([300.0, 780.0]), np.array([value, value]), f"reflectance of {name!r}", assumed
-        )
-        quality = "not fluorescent"
-        credit = "a definition by Fluorspar, not a measurement"
-        found.append(
-            Material(
-                name, reflectance, description=description, credit=credit, quality=quality, assumed=assumed
-            )
-        )
-    return found
+        texts = {"description": description, "credit": "a definition by Fluorspar, not a measurement"}
+        reflectance = Spectrum([300.0, 780.0], [value, value], f"reflectance of {name!r}", assumed)
+        flat.append(Material(name, reflectance, **texts, quality="not fluorescent", assumed=assumed))
+    return flat
 
 
 def cornell_materials(data: Path) -> list[Material]:
@@ -189,12 +139,12 @@ def cornell_materials(data: Path) -> list[Material]:
     assumed = (
         "reflectance below 400 nm not measured, held at its value there; reflectance above 700 nm likewise"
     )
-    found = []
+    paints = []
     for colour in ("white", "green", "red"):
         wavelengths = np.concatenate([[300.0], table["wavelength_nm"], [780.0]])
         values = np.pad(table[colour], 1, mode="edge")
         name = f"cornell-{colour}"
-        found.append(
+        paints.append(
             Material(
                 name,
                 Spectrum(wavelengths, values, f"reflectance of {name!r}", assumed),
@@ -204,26 +154,25 @@ def cornell_materials(data: Path) -> list[Material]:
                 assumed=assumed,
             )
         )
-    return found
+    return paints
 
 
 def orange_on_gray(orange: Material) -> Material:
     """The luminescence of an orange paint on the grey of the boxes, weakened so that photons are conserved."""
     grid = Wavelengths(300, 780, 5)
-    grey = replace(orange, reflectance=Spectrum(np.array([300.0, 780.0]), np.array([0.45, 0.45])))
-    full, weak = (
-        float(made._on(grid, "half").photon_yield().max()) for made in (grey, grey.with_concentration(0.8))
-    )
+    strong = replace(orange, reflectance=Spectrum([300.0, 780.0], [0.45, 0.45]))
+    weak = strong.with_concentration(0.8)
+    most, most_unscaled = (m.unchecked_on(grid).photon_yield().max() for m in (weak, strong))
     assumed = "the reflectance is assumed; emission below 380 nm taken as 0"
     return replace(
-        grey.with_concentration(0.8),
+        weak,
         name="orange-on-gray",
         description="fluorescent orange on grey: reflectance 0.45 at every wavelength, luminescence 0.8 times that "
         "of an orange poster paint",
         credit="luminescence fitted by Fluorspar to sample IXAXOR2 of S. Gonzalez, M. Fairchild, Fluorescent "
         "Database, RIT Munsell Color Science Laboratory 1999",
-        quality=f"rank 1; emission scaled by 0.8, so that on grey 0.45 at most {weak:.3f} photons leave per photon "
-        f"({full:.3f} unscaled)",
+        quality=f"rank 1; emission scaled by 0.8, so that on grey 0.45 at most {most:.3f} photons leave per photon "
+        f"({most_unscaled:.3f} unscaled)",
         assumed=assumed,
     )
 
@@ -257,7 +206,7 @@ def dyes() -> list[Material]:
     """Dyes from published peak positions, on white."""
     shape = "excitation and emission are sums of bands that are Gaussian in wavenumber; "
     surface = "on a substrate of reflectance 0.85 at every wavelength"
-    found = [
+    made_up = [
         dye(
             band([(491, 33, 1.0), (466, 38, 0.30), (320, 40, 0.10)], "excitation of fluorescein"),
             band([(514, 30, 1.0), (545, 45, 0.35)], "emission of fluorescein"),
@@ -293,7 +242,8 @@ def dyes() -> list[Material]:
         ),
     ]
     return [
-        replace(material, quality="an idealised dye: not fitted to a measured surface") for material in found
+        replace(material, quality="an idealised dye: not fitted to a measured surface")
+        for material in made_up
     ]
 
 

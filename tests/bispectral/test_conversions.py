@@ -9,14 +9,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fluorspar.bispectral.conversions import (
-    band_from_density,
     density_from_band,
     from_unit_norm,
     stokes_weights,
     to_unit_norm,
 )
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.errors import MaterialError
 from fluorspar.spectral.spectrum import trapezoid
+from fluorspar.spectral.wavelengths import Wavelengths
 
 matrices = arrays(np.float64, (4, 4), elements=st.floats(-0.01, 1))
 positive = st.floats(0.01, 1)
@@ -28,14 +29,15 @@ def test_the_diagonal_is_never_scaled() -> None:
     assert S.tolist() == [0.5, 0.6, 0.7]
     assert at_10[2, 0] == pytest.approx(0.04)
     # from 10 to 5 nm the other cells halve
-    assert band_from_density(S, at_10, step=5) == pytest.approx(
+    assert DonaldsonMatrix(Wavelengths(400, 410, 5), S, luminescent=at_10).band() == pytest.approx(
         np.array([[0.5, 0.0, 0.0], [0.1, 0.6, 0.0], [0.2, 0.05, 0.7]])
     )
 
 
 @given(matrices, st.sampled_from([1.0, 2.5, 5.0, 10.0, 20.0]))
 def test_band_to_density_and_back(band: np.ndarray, step: float) -> None:
-    back = band_from_density(*density_from_band(band, step), step)
+    S, density = density_from_band(band, step)
+    back = DonaldsonMatrix(Wavelengths(400, 400 + 3 * step, step), S, luminescent=density).band()
     assert np.array_equal(np.diag(back), np.diag(band))
     assert back == pytest.approx(band, rel=1e-15, abs=1e-300)
 

@@ -115,9 +115,8 @@ def test_rank_and_fluorescence() -> None:
     assert plain.apply(np.ones(N)).tolist() == [0.5] * N
     two = DonaldsonMatrix(GRID, np.zeros(N), np.ones((2, N)), np.ones((2, N)) / 100)
     assert (two.rank, two.is_fluorescent) == (2, True)
-    dark = DonaldsonMatrix(
-        GRID, np.zeros(N), np.eye(N)[0], np.eye(N)[5]
-    )  # emits at 400, is excited at 450 nm
+    # emits at 400, is excited at 450 nm
+    dark = DonaldsonMatrix(GRID, np.zeros(N), np.eye(N)[0], np.eye(N)[5])
     assert not dark.is_fluorescent
 
 

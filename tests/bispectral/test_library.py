@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fluorspar.bispectral.files.registry import read_material
 from fluorspar.bispectral.lamp_colour import colour_under_lamp
-from fluorspar.bispectral.library import ENVIRONMENT, material, materials, read_material
+from fluorspar.bispectral.library import ENVIRONMENT, material, materials
 from fluorspar.errors import MaterialError, SpectrumError
 from fluorspar.spectral.wavelengths import Wavelengths
 

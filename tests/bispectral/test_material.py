@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -162,9 +163,52 @@ class TestMixtures:
             mix([(Material("w", Spectrum.constant(0.9)), weight) for weight in weights])
 
 
-def test_a_material_has_one_kind_of_luminescence() -> None:
-    with pytest.raises(MaterialError, match="more than one of"):
-        Material("m", Spectrum.constant(0.1), dyed("a", 520, 0.1).fluorophores, matrix=sheet().matrix)
+class TestReplacedSpectra:
+    """`dataclasses.replace` with spectra: those take the place of what the material is a sum of."""
+
+    def test_of_a_mixture(self) -> None:
+        mixture = mix([(dyed("a", 520, 0.05, 0.1), 0.5), (dyed("b", 600, 0.08, 0.3), 0.5)])
+        white = replace(mixture, reflectance=Spectrum.constant(0.8))
+        assert np.array_equal(white.on(GRID).density(), mixture.on(GRID).density())
+        assert white.on(GRID).reflectance == pytest.approx(0.8)
+        assert replace(mixture, fluorophores=()).on(GRID).band() == pytest.approx(0.2 * np.eye(len(GRID)))
+
+    def test_of_a_measured_matrix(self) -> None:
+        """Without luminescence it is its reflectance; another reflectance alone would leave its cells to nobody."""
+        plain = replace(sheet(), fluorophores=())
+        assert (plain.fluorescent, plain.reflectance.at(500)) == (False, 0.3)
+        with pytest.raises(MaterialError, match=r"(?s)reflectance of its own.*sheet.*fit it first"):
+            replace(sheet(), reflectance=Spectrum.constant(0.1))
+
+    def test_words_leave_it_alone(self) -> None:
+        for material in (sheet(), mix([(sheet(), 0.5), (dyed("a", 520, 0.05), 0.5)])):
+            renamed = replace(material, name="another", credit="me")
+            assert (renamed.name, renamed.credit, renamed.terms) == ("another", "me", material.terms)
+
+
+def test_a_material_needs_a_reflectance() -> None:
+    with pytest.raises(MaterialError, match=r"(?s)no reflectance.*nothing"):
+        Material("nothing")
+
+
+def test_a_mixture_of_mixtures_is_one_sum() -> None:
+    a, b = dyed("a", 520, 0.05), sheet()
+    outer = mix([(mix([(a, 0.5), (b, 0.5)]), 0.5), (b, 0.5)])
+    assert [(weight, term.name) for weight, term in outer.terms] == [
+        (0.25, "a"),
+        (0.25, "sheet"),
+        (0.5, "sheet"),
+    ]
+    assert "yes, 0.25 of a and 0.25 of sheet and 0.5 of sheet" in repr(outer)
+
+
+@pytest.mark.parametrize(
+    "material", [dyed("a", 520, 0.05), sheet(), mix([(dyed("a", 520, 0.05), 0.5), (sheet(), 0.5)])]
+)
+def test_a_material_pickles(material: Material) -> None:
+    copy = pickle.loads(pickle.dumps(material))
+    assert np.array_equal(copy.on(GRID).band(), material.on(GRID).band())
+    assert repr(copy) == repr(material)
 
 
 def test_impossible_reflectance_is_named() -> None:

@@ -41,6 +41,12 @@ def noisy_matrix() -> MeasuredMatrix:
     return MeasuredMatrix(EMISSION, EXCITATION, clean.cells + noise, "noisy")
 
 
+def sampled(matrix: MeasuredMatrix, grid: Wavelengths) -> tuple[np.ndarray, np.ndarray]:
+    """S and D_L on a grid."""
+    D = matrix.on(grid)
+    return D.reflectance, D.density()
+
+
 class TestOnItsOwnWavelengths:
     """Same step, measured wavelengths: back comes what was measured, noise above the diagonal included."""
 
@@ -49,7 +55,7 @@ class TestOnItsOwnWavelengths:
     )
     def test_every_cell_is_as_given(self, grid: Wavelengths) -> None:
         matrix = noisy_matrix()
-        S, density = matrix.on(grid)
+        S, density = sampled(matrix, grid)
         rows, columns = np.searchsorted(EMISSION, grid.values), np.searchsorted(EXCITATION, grid.values)
         cells = matrix.cells[np.ix_(rows, columns)]
         assert np.array_equal(S, np.diag(cells))
@@ -61,7 +67,7 @@ class TestOnItsOwnWavelengths:
         matrix = noisy_matrix()
         words = r"noisy: used on 300-780 nm by 10.*reflectance.* 380-780 nm.*emission measured for 380-780 nm"
         with pytest.warns(ExtrapolationWarning, match=words) as said:
-            S, density = matrix.on(Wavelengths(300, 780, 10))
+            S, density = sampled(matrix, Wavelengths(300, 780, 10))
         assert len(said) == 1
         assert "excitation" not in str(said[0].message)
         assert not density[:8].any()
@@ -74,19 +80,19 @@ class TestOnOtherGrids:
     def test_a_linear_density_is_met_exactly_up_to_the_diagonal(self, step: float) -> None:
         """The diagonal holds S and says nothing of D_L; the plane through its neighbours fills it."""
         grid = Wavelengths(400, 760, step)
-        reflected, density = plane_matrix().on(grid)
+        reflected, density = sampled(plane_matrix(), grid)
         assert reflected == pytest.approx(reflectance(grid.values), rel=1e-12)
         assert density == pytest.approx(plane(grid.values, grid.values), rel=1e-9, abs=1e-15)
 
     def test_a_grid_between_the_samples(self) -> None:
         grid = Wavelengths(403, 753, 10)
-        reflected, density = plane_matrix().on(grid)
+        reflected, density = sampled(plane_matrix(), grid)
         assert density == pytest.approx(plane(grid.values, grid.values), rel=1e-9, abs=1e-15)
         assert reflected == pytest.approx(reflectance(grid.values))
 
     def test_up_to_the_ends_of_the_data(self) -> None:
         """The last cells of the diagonal have only one neighbour each; theirs is held."""
-        _, density = plane_matrix().on(Wavelengths(380, 780, 5))
+        _, density = sampled(plane_matrix(), Wavelengths(380, 780, 5))
         inner = plane(*2 * (Wavelengths(380, 780, 5).values,))
         assert density[:-2] == pytest.approx(inner[:-2], rel=1e-9, abs=1e-15)
         assert density[-1, -2] == pytest.approx(inner[-1, -2], rel=0.02)
@@ -97,7 +103,7 @@ class TestOnOtherGrids:
         above = 0.01 * plane(matrix.excitation, matrix.emission).T
         noisy = replace(matrix, cells=matrix.cells + 10 * above)
         w = Wavelengths(400, 760, 5).values
-        _, density = noisy.on(Wavelengths(400, 760, 5))
+        _, density = sampled(noisy, Wavelengths(400, 760, 5))
         assert density == pytest.approx(plane(w, w) + 0.01 * plane(w, w).T, rel=1e-9, abs=1e-15)
 
     def test_reflectance_that_was_not_measured_leaves_room_for_luminescence(self) -> None:
@@ -106,13 +112,13 @@ class TestOnOtherGrids:
         cells = 0.8 * (em[:, None] == ex[None, :])
         cells[em == 450, ex == 360] = 0.35 * 360 / 450
         with pytest.warns(ExtrapolationWarning, match="or less where luminescence leaves no room"):
-            S, _ = MeasuredMatrix(em, ex, cells, "brightened").on(Wavelengths(350, 600, 10))
+            S, _ = sampled(MeasuredMatrix(em, ex, cells, "brightened"), Wavelengths(350, 600, 10))
         assert S[:3] == pytest.approx([0.8, 0.64, 0.8])
         assert S[5:] == pytest.approx(0.8)
 
     def test_from_10_to_5_nm_cells_halve_and_the_diagonal_stays(self) -> None:
         matrix = plane_matrix()
-        S, density = matrix.on(Wavelengths(400, 700, 5))
+        S, density = sampled(matrix, Wavelengths(400, 700, 5))
         assert S[::2] == pytest.approx(np.diag(matrix.cells[2:33, 10:41]))
         assert 5 * density[20, 0] == pytest.approx(0.5 * matrix.cells[12, 10])
 
@@ -121,7 +127,7 @@ class TestOnOtherGrids:
         totals = []
         for step in (2, 5, 10):
             grid = Wavelengths(380, 780, step)
-            _, density = plane_matrix().on(grid)
+            _, density = sampled(plane_matrix(), grid)
             em, ex = (grid.values >= 520) & (grid.values <= 640), (grid.values >= 400) & (grid.values <= 500)
             block = density[np.ix_(em, ex)]
             block[[0, -1]] /= 2
@@ -134,7 +140,7 @@ class TestOnOtherGrids:
         with pytest.warns(
             ExtrapolationWarning, match=r"excitation measured for 300-780 nm \(0 assumed outside\)"
         ):
-            S, density = plane_matrix().on(Wavelengths(250, 800, 5))
+            S, density = sampled(plane_matrix(), Wavelengths(250, 800, 5))
         w = Wavelengths(250, 800, 5).values
         assert not density[:, w < 300].any()
         assert not density[w > 780].any()

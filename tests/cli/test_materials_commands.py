@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 from command_line import CommandLine, Outcome
 
-from fluorspar.bispectral.library import materials, read_material
+from fluorspar.bispectral.files.registry import read_material
+from fluorspar.bispectral.library import materials
 from fluorspar.spectral.wavelengths import Wavelengths
 
 W = np.arange(400, 701, 20)
@@ -356,10 +357,10 @@ def test_colour_under_a_lamp_of_ones_own(fluorspar: CommandLine, tmp_path: Path)
 TRUNCATED = "\n".join(sheet()).rsplit(",", 4)[0]
 BAD_FILES = {
     "truncated.csv": (TRUNCATED, "wrong number of cells", "truncated.csv, line 19"),
-    "truncated.bfc": (bfc(sheet())[:900], "BFC file", "truncated.bfc"),
+    "truncated.bfc": (bfc(sheet())[:900], "wrong number of cells", "truncated.bfc, line 9"),
     "text.csv": ("\n".join(with_cell("oops")), "not a number", "text.csv, line 8"),
     "nan.csv": ("\n".join(with_cell("nan")), "finite number", "emission 480 nm, excitation 460 nm"),
-    "text.bfc": (bfc(with_cell("oops")), "not a finite number", "line 8, cell 5"),
+    "text.bfc": (bfc(with_cell("oops")), "not a number", "line 8, cell 5"),
     "duplicate.csv": ("\n".join([*sheet()[:8], sheet()[7], *sheet()[9:]]), "do not ascend", "duplicate.csv"),
     "descending.csv": ("\n".join([*sheet()[:3], *sheet()[:2:-1]]), "do not ascend", "descending.csv"),
     "no-header.csv": ("\n".join([*sheet()[:2], *sheet()[3:]]), "header", "no-header.csv"),

@@ -27,7 +27,7 @@ from fluorspar.files.tables import parse_table, read_table
     ],
 )
 def test_separators(text: str) -> None:
-    assert parse_table(text, where="file").rows.tolist() == [[400, 0.5], [500, 0.6]]
+    assert parse_table(text, where="file").numbers().tolist() == [[400, 0.5], [500, 0.6]]
 
 
 def test_keys_and_header() -> None:
@@ -37,8 +37,13 @@ def test_keys_and_header() -> None:
     assert table.header == ("nm", "S")
 
 
+def test_the_corner_of_a_header_may_be_empty() -> None:
+    table = parse_table(",400,500\n400,0.5,0.1\n", where="file")
+    assert (table.header, table.rows) == (("", "400", "500"), [["400", "0.5", "0.1"]])
+
+
 def test_nan_is_left_to_whoever_uses_the_table() -> None:
-    assert np.isnan(parse_table("400 nan", where="file").rows[0, 1])
+    assert np.isnan(parse_table("400 nan", where="file").numbers()[0, 1])
 
 
 @pytest.mark.parametrize(
@@ -51,7 +56,7 @@ def test_nan_is_left_to_whoever_uses_the_table() -> None:
 )
 def test_faults_are_named_with_their_line(text: str, complaint: str) -> None:
     with pytest.raises(SpectrumError, match=complaint):
-        parse_table(text, where="dye.csv")
+        parse_table(text, where="dye.csv").numbers()
 
 
 def test_missing_and_binary_files(tmp_path) -> None:
@@ -60,3 +65,19 @@ def test_missing_and_binary_files(tmp_path) -> None:
     (tmp_path / "picture.csv").write_bytes(b"\xff\xfe\x00\x80")
     with pytest.raises(SpectrumError, match="cannot be read as text"):
         read_table(tmp_path / "picture.csv")
+
+
+def test_rows_with_names() -> None:
+    """Names hold blanks, begin with # and, quoted or where something else separates the cells, hold any separator."""
+    for text in (
+        '# a comment\npoint,x,note\nleft wall,1,"a, b; c"\n#2,2,white; matte\n',
+        "point\tx\tnote\nleft wall\t1\ta, b; c\n#2\t2\twhite; matte\n",
+    ):
+        table = parse_table(text, where="points.csv", named_rows=True)
+        assert table.header == ("point", "x", "note")
+        assert table.rows == [["left wall", "1", "a, b; c"], ["#2", "2", "white; matte"]]
+
+
+def test_a_line_that_is_no_part_of_a_table() -> None:
+    with pytest.raises(SpectrumError, match=r"(?s)not part of a table.*dump\.csv, line 2"):
+        parse_table("a,b\n1," + 200_000 * "x", where="dump.csv")

@@ -15,15 +15,15 @@ class MeasurementCondition:
 
     Parameters
     ----------
-    name
+    name : str
         "M0", "M1" or "M2".
-    source
+    source : str
         Name of the illuminant that shines on the sample.
-    viewed_in
+    viewed_in : str
         Name of the illuminant of the tristimulus sums: the measured radiance factor is multiplied with it.
-    uv_cut
+    uv_cut : float or None
         Wavelength in nm below which the source gives nothing; None for a source as it is.
-    meaning
+    meaning : str
         In words.
     """
 
@@ -60,8 +60,8 @@ def measurement_condition(name: str) -> MeasurementCondition:
     >>> measurement_condition("m2").uv_cut
     400.0
     """
-    if found := CONDITIONS.get(name.strip().upper()):
-        return found
+    if condition := CONDITIONS.get(name.strip().upper()):
+        return condition
     fix = "M3 is M2 with polarising filters: use M2" if name.strip().upper() == "M3" else ""
     fault = "there is no such measurement condition"
     raise OptionError(message(fault, got=repr(name), expected=", ".join(CONDITIONS), fix=fix))

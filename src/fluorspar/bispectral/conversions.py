@@ -15,7 +15,6 @@ from fluorspar.spectral.spectrum import trapezoid
 
 __all__ = [
     "Stokes",
-    "band_from_density",
     "density_from_band",
     "from_unit_norm",
     "stokes_weights",
@@ -31,9 +30,9 @@ def stokes_weights(count: int, stokes: Stokes) -> Array:
 
     Parameters
     ----------
-    count
+    count : int
         Number N of wavelengths.
-    stokes
+    stokes : {"half", "strict"}
         "half" is the trapezoid rule for the integral up to the emission wavelength, "strict" Eq. 1 of the
         paper.
 
@@ -60,7 +59,7 @@ def to_unit_norm(emission: ArrayLike, excitation: ArrayLike, step: float) -> tup
     ----------
     emission, excitation : array_like of shape (..., N)
         alpha, dimensionless, and beta, 1/nm.
-    step
+    step : float
         h of the grid in nm.
 
     Returns
@@ -139,17 +138,3 @@ def density_from_band(matrix: Array, step: float) -> tuple[Array, Array]:
     reflectance = np.diagonal(matrix).copy()
     np.fill_diagonal(density, 0.0)
     return reflectance, density
-
-
-def band_from_density(reflectance: Array, density: Array, step: float) -> Array:
-    """Join S, shape (N,), and D_L, shape (N, N), 1/nm, into a band-weighted matrix.
-
-    The inverse of `density_from_band`.
-
-    Examples
-    --------
-    >>> band_from_density(np.array([0.5, 0.4]), np.array([[0, 0], [0.02, 0]]), step=10)
-    array([[0.5, 0. ],
-           [0.2, 0.4]])
-    """
-    return np.diag(reflectance) + step * density

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,7 +19,7 @@ from fluorspar.bispectral.conversions import (
 from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["DonaldsonMatrix", "Stokes"]
+__all__ = ["DonaldsonMatrix", "Stokes", "weighted_matrices"]
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ class DonaldsonMatrix:
 
     Parameters
     ----------
-    wavelengths
+    wavelengths : Wavelengths
         The grid, N wavelengths.
     reflectance : ndarray of shape (N,)
         S, the reflected radiance factor.
@@ -127,7 +128,7 @@ class DonaldsonMatrix:
         ----------
         matrix : array_like of shape (N, N)
             Rows are emission, columns excitation wavelengths.
-        wavelengths
+        wavelengths : Wavelengths
             Its grid.
 
         Examples
@@ -260,9 +261,12 @@ class DonaldsonMatrix:
         >>> DonaldsonMatrix.from_band([[0.1, 0], [0.4, 0.7]], grid).photon_yield()  # 0.1 + 0.4 x 500 / 400
         array([0.6, 0.7])
         """
-        return self.reflectance + photon_yield(
-            self.wavelengths.step * self.density(), self.wavelengths.values, self.wavelengths.values
-        )
+        return self.reflectance + self.luminescent_photon_yield()
+
+    def luminescent_photon_yield(self) -> Array:
+        """Return the luminescent part of `photon_yield`, ndarray of shape (N,)."""
+        w = self.wavelengths.values
+        return photon_yield(self.wavelengths.step * self.density(), w, w)
 
     def energy_yield(self) -> Array:
         """Return energy out per energy in, for each excitation wavelength, ndarray of shape (N,).
@@ -292,9 +296,9 @@ class DonaldsonMatrix:
 
         Parameters
         ----------
-        name
+        name : str
             For messages.
-        orientation
+        orientation : bool
             Whether to look for a transposed matrix: False where it was looked for on the measured cells, of which
             this may be a small part.
 
@@ -340,7 +344,7 @@ class DonaldsonMatrix:
 
         Parameters
         ----------
-        emission
+        emission : (float, float)
             First and last emission wavelength in nm.
 
         Returns
@@ -392,3 +396,22 @@ class DonaldsonMatrix:
         """
         alpha, beta = from_unit_norm(np.atleast_2d(emission), np.atleast_2d(excitation), wavelengths.values)
         return cls(wavelengths, np.asarray(reflectance, float), alpha, beta, stokes=stokes)
+
+
+def weighted_matrices(terms: Sequence[tuple[float, DonaldsonMatrix]]) -> DonaldsonMatrix:
+    """Add matrices on one grid with weights; factors stay factors where all have them.
+
+    Examples
+    --------
+    >>> grey = DonaldsonMatrix(Wavelengths(400, 410, 10), [0.5, 0.4])
+    >>> weighted_matrices([(0.5, grey), (0.25, grey)]).reflectance
+    array([0.375, 0.3  ])
+    """
+    grid, stokes = terms[0][1].wavelengths, terms[0][1].stokes
+    reflectance = np.sum([weight * D.reflectance for weight, D in terms], axis=0)
+    if all(D.luminescent is None for _, D in terms):
+        emission = np.concatenate([weight * D.emission for weight, D in terms])
+        excitation = np.concatenate([D.excitation for _, D in terms])
+        return DonaldsonMatrix(grid, reflectance, emission, excitation, stokes=stokes)
+    density = np.sum([weight * D.density() for weight, D in terms], axis=0)
+    return DonaldsonMatrix(grid, reflectance, luminescent=density, stokes=stokes)

@@ -66,7 +66,7 @@ def dye(
     substrate : float, Spectrum, ... or Material, optional
         Reflectance of what is dyed; if it fluoresces, its dyes get the light that this one leaves, as S does:
         their beta times 1 - a.
-    name, description, credit, assumed
+    name, description, credit, assumed : str
         Of the material.
 
     Returns
@@ -104,9 +104,6 @@ def dye(
         if spectrum.values.min() < 0 or not spectrum.values.any() or spectrum.is_constant:
             fault = "a spectrum of a dye is negative, 0 everywhere or constant"
             raise MaterialError(message(fault, where=f"{name}, {spectrum.title}"))
-    if isinstance(substrate, Material) and (substrate.matrix is not None or substrate.parts):
-        fault, fix = "a substrate with a measured matrix cannot be dyed", "fit it first"
-        raise MaterialError(message(fault, where=substrate.name, fix=fix))
     ex, em = excitation.wavelengths, emission.wavelengths
     absorbed = excitation.values / (ex if units == "energy" else 1.0)
     absorbed = strength * absorbed / absorbed.max()
@@ -121,7 +118,8 @@ def dye(
         name,
     )
     try:
-        base = substrate if isinstance(substrate, Material) else Material(name, as_spectrum(substrate))
+        material = substrate if isinstance(substrate, Material) else Material(name, as_spectrum(substrate))
+        base = material.as_spectra()
         reflectance = _dyed(base.reflectance, Spectrum(ex, absorbed), f"reflectance of {name!r}", assumed)
         return Material(
             name,
@@ -151,17 +149,17 @@ def read_dye(
 
     Parameters
     ----------
-    excitation, emission
+    excitation, emission : str or Path
         Two-column files (`.csv`, `.spd`, `.txt`): wavelength in nm, value. A line `# units: photon` or
         `# units: energy` says what is counted; the two files may differ.
-    quantum_yield
+    quantum_yield : float
         Photons given out per photon absorbed, 0 to 1.
-    strength
+    strength : float
         The share of the light that is absorbed at the peak, 0 to 1.
     units : {"energy", "photon"}, optional
         Of files that do not say it. It is never guessed.
-    substrate, name, description, credit
-        See `dye`; the name is that of the emission file by default.
+    substrate, name, description, credit : as in `dye`
+        The name is that of the emission file by default.
 
     Returns
     -------
@@ -235,15 +233,15 @@ def _shaded(other: Fluorophore, ex: Array, absorbed: Array) -> Fluorophore:
 def _dyed(substrate: Spectrum, absorbed: Spectrum, title: str, assumed: str) -> Spectrum:
     """Return S_substrate (1 - a) on the wavelengths of both; a is 0 outside its table."""
     first, last = (300.0, 780.0) if substrate.is_constant else substrate.support
-    found = np.unique(np.concatenate([absorbed.wavelengths, substrate.wavelengths, [first, last]]))
-    found = found[(found >= first) & (found <= last)]
-    share = np.interp(found, absorbed.wavelengths, absorbed.values, left=0.0, right=0.0)
-    base = (
+    w = np.unique(np.concatenate([absorbed.wavelengths, substrate.wavelengths, [first, last]]))
+    w = w[(w >= first) & (w <= last)]
+    share = np.interp(w, absorbed.wavelengths, absorbed.values, left=0.0, right=0.0)
+    S = (
         substrate.values[0]
         if substrate.is_constant
-        else np.interp(found, substrate.wavelengths, substrate.values)
+        else np.interp(w, substrate.wavelengths, substrate.values)
     )
-    return Spectrum(found, base * (1 - share), title, assumed)
+    return Spectrum(w, S * (1 - share), title, assumed)
 
 
 def _in_photons(path: Path, units: Units | None, power: int) -> Spectrum:
@@ -255,15 +253,17 @@ def _in_photons(path: Path, units: Units | None, power: int) -> Spectrum:
                 fault, where=path, got=f"'{stated}' in the file, '{units}' as option", fix="drop one of them"
             )
         )
-    found = stated or units
-    if found not in ("energy", "photon"):
+    counted = stated or units
+    if counted not in ("energy", "photon"):
         fault = "a dye needs the units of its spectra"
         fix = "write '# units: photon' (counts of a fluorometer) or '# units: energy' (power per nm) into the file, or "
         fix += "say it as units (--units)"
         raise MaterialError(
-            message(fault, where=path, got=repr(found or "nothing"), expected="'energy' or 'photon'", fix=fix)
+            message(
+                fault, where=path, got=repr(counted or "nothing"), expected="'energy' or 'photon'", fix=fix
+            )
         )
     spectrum = read_spectrum(path)
-    if found == "photon":
+    if counted == "photon":
         return spectrum
     return replace(spectrum, values=spectrum.values * spectrum.wavelengths**power)

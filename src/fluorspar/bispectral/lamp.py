@@ -28,11 +28,11 @@ def lamp_on(lamp: str | Spectrum, grid: Wavelengths, uv_cut: float | None = None
 
     Parameters
     ----------
-    lamp
+    lamp : str or Spectrum
         Name of an illuminant, or a spectrum.
-    grid
+    grid : Wavelengths
         N wavelengths.
-    uv_cut
+    uv_cut : float, optional
         Take away what is below this wavelength in nm.
 
     Returns

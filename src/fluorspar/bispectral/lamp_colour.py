@@ -2,155 +2,22 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.bispectral.conditions import measurement_condition
 from fluorspar.bispectral.lamp import WIDE, grid_for, lamp_on
-from fluorspar.colour.adaptation import adapt_to_d65
-from fluorspar.colour.whiteness import Whiteness, cie_whiteness
-from fluorspar.colour.xyz import CIE_1931, SRGB_FROM_XYZ, lab_from_xyz, observer_weights, srgb_from_xyz
+from fluorspar.bispectral.material import Material
+from fluorspar.bispectral.shown_colour import LampColour
+from fluorspar.colour.observers import CIE_1931
+from fluorspar.colour.xyz import observer_weights
 from fluorspar.errors import SpectrumError, message
-from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
-
-if TYPE_CHECKING:
-    from fluorspar.bispectral.material import Material
 
 __all__ = ["LampColour", "colour_under_condition", "colour_under_lamp"]
 
 Array = NDArray[np.float64]
-
-_SAME_WHITE = 0.01  # in x, y: a lamp that simulates D65 may be that far off
-
-
-@dataclass(frozen=True, eq=False)
-class LampColour:
-    """What a material shows under a lamp; N wavelengths of `grid`.
-
-    Attributes
-    ----------
-    grid : Wavelengths
-    lamp : str
-        The light in words.
-    light : ndarray of shape (N,)
-        What a perfect white would show, relative: the light that falls on the sample.
-    reflected, luminescent : ndarray of shape (N,)
-        The two parts of what the sample shows, on the scale of `light`.
-    viewed_in : ndarray of shape (N,) or None
-        The light of the tristimulus sums: D50 under a measurement condition; None for `light` itself.
-    observer : str
-        Name of the colour matching functions.
-    """
-
-    grid: Wavelengths
-    lamp: str
-    light: Array
-    reflected: Array
-    luminescent: Array
-    viewed_in: Array | None
-    observer: str
-
-    @property
-    def radiance_factor(self) -> Array:
-        """The total radiance factor, ndarray of shape (N,); nan where the lamp gives no light."""
-        return self.reflected_factor + self.luminescent_factor
-
-    @property
-    def reflected_factor(self) -> Array:
-        """The reflected part of it, S; nan where the lamp gives no light."""
-        return self._factor(self.reflected)
-
-    @property
-    def luminescent_factor(self) -> Array:
-        """The luminescent part of it, which depends on the lamp; nan where the lamp gives no light."""
-        return self._factor(self.luminescent)
-
-    @property
-    def xyz(self) -> Array:
-        """XYZ, ndarray of shape (3,); Y = 100 for the perfect white."""
-        return self._xyz(self.reflected + self.luminescent)
-
-    @property
-    def xyz_reflected(self) -> Array:
-        """XYZ of the reflected part."""
-        return self._xyz(self.reflected)
-
-    @property
-    def xyz_luminescent(self) -> Array:
-        """XYZ of the luminescent part."""
-        return self._xyz(self.luminescent)
-
-    @property
-    def white(self) -> Array:
-        """XYZ of the perfect white, ndarray of shape (3,), Y = 100."""
-        return self._xyz(self.light)
-
-    @property
-    def lab(self) -> Array:
-        """CIELAB with the perfect white in this light as reference, ndarray of shape (3,)."""
-        return lab_from_xyz(self.xyz, self.white)
-
-    @property
-    def lab_reflected(self) -> Array:
-        """CIELAB of the reflected part alone: the sample if it did not luminesce."""
-        return lab_from_xyz(self.xyz_reflected, self.white)
-
-    @property
-    def luminescent_share(self) -> float:
-        """Luminescent part of the luminance, 0 to 1."""
-        return float(self.xyz_luminescent[1] / self.xyz[1]) if self.xyz[1] > 0 else 0.0
-
-    @property
-    def srgb(self) -> Array:
-        """Gamma-encoded sRGB, ndarray of shape (3,), 0 to 1, as seen by an eye adapted to the lamp (Bradford).
-
-        What is too bright for sRGB is dimmed until it fits, so that a neon paint keeps its hue.
-        """
-        return srgb_from_xyz(self._seen(), min(1.0, 1.0 / self._brightest()))[0]
-
-    @property
-    def in_gamut(self) -> bool:
-        """Whether sRGB can show the colour; if not, `srgb` is dimmer or less saturated."""
-        return srgb_from_xyz(self._seen())[1] == 0.0
-
-    def _seen(self) -> Array:
-        return adapt_to_d65(self.xyz, self.white) / 100
-
-    def _brightest(self) -> float:
-        """The highest of linear red, green and blue."""
-        return max(float((SRGB_FROM_XYZ @ self._seen()).max()), 1e-9)
-
-    @property
-    def whiteness(self) -> Whiteness:
-        """CIE whiteness and tint; see `cie_whiteness`. They are meant for D65, and not valid in another white."""
-        found = cie_whiteness(self.xyz, self.white, self.observer)
-        daylight = illuminant("D65").on(self.grid, outside="zero") @ observer_weights(
-            self.grid, self.observer
-        )
-        x, y = self.white[:2] / self.white.sum() - daylight[:2] / daylight.sum()
-        if math.hypot(x, y) < _SAME_WHITE:
-            return found
-        return replace(found, outside=(*found.outside, "it is meant for D65, which this light is not"))
-
-    def _factor(self, radiance: Array) -> Array:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(self.light > 0, radiance / self.light, np.nan)
-
-    def _xyz(self, radiance: Array) -> Array:
-        weights = observer_weights(self.grid, self.observer)
-        if self.viewed_in is None:  # luminescence may shine where the lamp is dark
-            viewed, white = radiance, self.light
-        else:
-            lit = self.light > 0
-            gain = np.where(lit, self.viewed_in / np.where(lit, self.light, 1.0), 0.0)
-            viewed, white = radiance * gain, self.light * gain
-        return np.asarray(100 * viewed @ weights / (white @ weights[:, 1]))
 
 
 def colour_under_lamp(
@@ -168,15 +35,14 @@ def colour_under_lamp(
 
     Parameters
     ----------
-    material
-        The material.
-    lamp
+    material : Material
+    lamp : str or Spectrum
         Name of an illuminant, or a spectrum, in any unit.
-    uv_cut
+    uv_cut : float, optional
         Take away what the lamp gives below this wavelength in nm, sharply, as with an ideal filter.
-    observer
+    observer : str
         Name of the colour matching functions.
-    wavelengths
+    wavelengths : Wavelengths, optional
         The grid; the light of all its wavelengths excites. 300-780 nm by 5 by default, or as fine as the lamp is
         tabulated, down to 1 nm.
 
@@ -230,14 +96,12 @@ def colour_under_condition(
 
     Parameters
     ----------
-    material
-        The material.
-    condition
+    material : Material
+    condition : str
         "M0", "M1" or "M2" (see `MeasurementCondition`).
-    observer
+    observer : str
         Name of the colour matching functions; ISO 13655 wants CIE 1931.
-    wavelengths
-        The grid.
+    wavelengths : Wavelengths
 
     Returns
     -------
@@ -258,10 +122,10 @@ def colour_under_condition(
     >>> b[1] < b[0] < b[2]  # the more ultraviolet, the bluer
     True
     """
-    found = measurement_condition(condition)
-    light, _ = lamp_on(found.source, wavelengths, found.uv_cut)
-    viewed_in, _ = lamp_on(found.viewed_in, wavelengths)
-    words = f"{found.name}: {found.meaning}, seen in {found.viewed_in}"
+    how = measurement_condition(condition)
+    light, _ = lamp_on(how.source, wavelengths, how.uv_cut)
+    viewed_in, _ = lamp_on(how.viewed_in, wavelengths)
+    words = f"{how.name}: {how.meaning}, seen in {how.viewed_in}"
     return _shown(material, light, viewed_in, words, wavelengths, observer)
 
 

@@ -1,98 +1,54 @@
-"""Materials: the spectra of a matte, possibly fluorescent surface, on no particular grid."""
+"""Materials: matte, possibly fluorescent surfaces, as weighted sums of spectra and of measured matrices."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fluorspar.bispectral.conversions import Stokes
-from fluorspar.bispectral.donaldson import DonaldsonMatrix
+from fluorspar.bispectral.donaldson import DonaldsonMatrix, weighted_matrices
+from fluorspar.bispectral.factored import FactoredMatrix, Fluorophore
 from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.errors import MaterialError, SpectrumError, message
+from fluorspar.bispectral.summary import colour_in_words, in_lines, photon_yield_in_words, summary_grid
+from fluorspar.errors import ExtrapolationWarning, MaterialError, message
 from fluorspar.spectral.spectrum import Spectrum, check_reflectance, weighted_sum
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["Fluorophore", "Material", "mix"]
+__all__ = ["Fluorophore", "Material", "Term", "mix"]
 
-_NORMALISED = 1e-12
-
-
-@dataclass(frozen=True, eq=False)
-class Fluorophore:
-    """One dye: D_L(em, ex) = alpha(em) beta(ex) for em > ex.
-
-    Parameters
-    ----------
-    emission
-        alpha, dimensionless; 0 outside its table.
-    excitation
-        beta in any scale; kept with integral 1 over its own table, in 1/nm. This happens once, here, and
-        never on a render grid, so alpha means the same on every grid. 0 outside its table.
-    name
-        For messages.
-
-    Raises
-    ------
-    SpectrumError
-        If a value is negative, or the excitation is constant or 0 everywhere.
-
-    Examples
-    --------
-    >>> dye = Fluorophore(Spectrum([500, 550, 600], [0, 0.8, 0]), Spectrum([400, 450, 500], [0, 7, 0]))
-    >>> dye.excitation.at(450)
-    0.02
-    """
-
-    emission: Spectrum
-    excitation: Spectrum
-    name: str = ""
-
-    def __post_init__(self) -> None:
-        for what, spectrum in (("emission", self.emission), ("excitation", self.excitation)):
-            if spectrum.values.min() < 0:
-                at = spectrum.wavelengths[spectrum.values.argmin()]
-                where: str | None = f"{spectrum.name or what}, {at:g} nm"
-                got = f"{spectrum.values.min():g}"
-                raise SpectrumError(
-                    message(f"an {what} spectrum is negative", where=where, got=got, expected=">= 0")
-                )
-        integral = self.excitation.integral()
-        if integral <= 0:
-            where = self.excitation.name or self.name or None
-            raise SpectrumError(message("an excitation spectrum is 0 everywhere", where=where))
-        if abs(integral - 1) > _NORMALISED:
-            object.__setattr__(self, "excitation", self.excitation.scaled(1 / integral))
+Term: TypeAlias = FactoredMatrix | MeasuredMatrix
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Material:
-    """A matte surface: reflectance, and fluorophores or a measured matrix if it fluoresces.
+    """A matte surface: a weighted sum of Donaldson matrices on no particular grid, nearly always of one.
 
     Parameters
     ----------
-    name
+    name : str
         For messages and data sets.
-    reflectance
+    reflectance : Spectrum, optional
         S, 0 to 1.
-    fluorophores
+    fluorophores : sequence of Fluorophore, optional
         Added up.
-    matrix
-        Instead of fluorophores; its diagonal then is the reflectance (see `Material.from_matrix`).
-    parts : tuple of (Material, float)
-        Of a mixture that holds measured matrices, or reflectances with data for different ranges: its
-        ingredients and their weights (see `mix`).
-    description, credit, quality, assumed
-        In words: what it is, whose data, how good, and what is assumed where nothing was measured.
+    terms : sequence of (float, FactoredMatrix or MeasuredMatrix)
+        Weights and what they belong to, instead of spectra (see `Material.from_matrix` and `mix`). Spectra that
+        are given as well, as by `dataclasses.replace(material, fluorophores=...)`, take the place of those of the
+        terms.
+    description, credit, quality, assumed : str
+        What it is, whose data, how good, and what is assumed where nothing was measured.
 
     Raises
     ------
     SpectrumError
-        If the reflectance leaves 0 to 1.
+        If the reflectance leaves 0 to 1, or those of the terms have no range in common.
     MaterialError
-        If both fluorophores and a matrix are given.
+        If there is no reflectance, or one that is to replace that of a measured matrix.
 
     Examples
     --------
@@ -102,28 +58,50 @@ class Material:
     """
 
     name: str
-    reflectance: Spectrum
-    fluorophores: tuple[Fluorophore, ...] = ()
-    matrix: MeasuredMatrix | None = None
-    parts: tuple[tuple[Material, float], ...] = ()
-    description: str = ""
-    credit: str = ""
-    quality: str = ""
-    assumed: str = ""
+    terms: tuple[tuple[float, Term], ...]
+    description: str
+    credit: str
+    quality: str
+    assumed: str
 
-    def __post_init__(self) -> None:
-        if (self.matrix is not None) + bool(self.parts) + bool(self.fluorophores) > 1:
-            fault = "a material has more than one of: fluorophores, a measured matrix, ingredients"
-            raise MaterialError(message(fault, where=self.name, fix="mix two materials instead"))
-        if not self.reflectance.name:
-            named = replace(self.reflectance, name=f"reflectance of {self.name!r}")
-            object.__setattr__(self, "reflectance", named)
+    def __init__(
+        self,
+        name: str,
+        reflectance: Spectrum | None = None,
+        fluorophores: Sequence[Fluorophore] | None = None,
+        *,
+        terms: Sequence[tuple[float, Term]] = (),
+        description: str = "",
+        credit: str = "",
+        quality: str = "",
+        assumed: str = "",
+    ) -> None:
+        if reflectance is not None or fluorophores is not None or not terms:
+            terms = ((1.0, _of_spectra(name, reflectance, fluorophores, terms)),)
+        texts = {"description": description, "credit": credit, "quality": quality, "assumed": assumed}
+        for field, value in {"name": name, "terms": tuple(terms), **texts}.items():
+            object.__setattr__(self, field, value)
         check_reflectance(self.reflectance)
 
     def __repr__(self) -> str:
-        from fluorspar.bispectral.summary import material_summary
-
-        return material_summary(self)
+        """Describe it in a few lines. Nothing is checked: who mends an impossible material needs its description."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ExtrapolationWarning)  # its span is told
+            D = self.unchecked_on(summary_grid(self.reflectance))
+        facts = {key: getattr(self, key) for key in ("description", "credit", "quality", "assumed")}
+        facts["reflectance"] = str(self.reflectance)
+        if self.fluorescent and len(self.terms) > 1:
+            facts["fluorescent"] = "yes, " + " and ".join(
+                f"{weight:.3g} of {term.name}" for weight, term in self.terms
+            )
+        elif self.fluorescent:
+            facts["fluorescent"] = f"yes, {self.matrix}" if self.matrix else "yes"
+        else:
+            facts["fluorescent"] = "no"
+        facts |= {f"fluorophore {k}": str(dye) for k, dye in enumerate(self.fluorophores, start=1)}
+        if self.fluorescent:
+            facts["photon yield"] = photon_yield_in_words(self.matrix or D)
+        return in_lines(f"Material '{self.name}'", facts | {"under D65": colour_in_words(D)})
 
     @classmethod
     def from_matrix(
@@ -138,27 +116,78 @@ class Material:
         array([0.5, 0.4])
         """
         matrix = replace(matrix, name=matrix.name or name).within_noise()
-        return cls(name, matrix.reflectance, matrix=matrix, description=description, credit=credit)
+        return cls(name, terms=((1.0, matrix),), description=description, credit=credit)
+
+    @cached_property
+    def reflectance(self) -> Spectrum:
+        """S, as far as all terms have data."""
+        if len(self.terms) == 1 and self.terms[0][0] == 1:
+            return self.terms[0][1].reflectance
+        weights, spectra = zip(*((weight, term.reflectance) for weight, term in self.terms), strict=True)
+        return weighted_sum(spectra, weights, f"reflectance of {self.name!r}")
+
+    @cached_property
+    def fluorophores(self) -> tuple[Fluorophore, ...]:
+        """Those of all terms, with their weights; none if a term is a measured matrix."""
+        if self.is_measured:
+            return ()
+        factored = ((weight, term) for weight, term in self.terms if isinstance(term, FactoredMatrix))
+        return tuple(dye.scaled(weight) for weight, term in factored for dye in term.fluorophores)
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether one of its terms is a measured matrix."""
+        return any(isinstance(term, MeasuredMatrix) for _, term in self.terms)
+
+    @property
+    def matrix(self) -> MeasuredMatrix | None:
+        """The measured matrix that it is; None of spectra and of mixtures."""
+        term = self.terms[0][1]
+        return term if len(self.terms) == 1 and isinstance(term, MeasuredMatrix) else None
 
     @property
     def fluorescent(self) -> bool:
         """Whether it has a luminescent part, visible on a given grid or not."""
-        if self.parts:
-            return any(part.fluorescent for part, _ in self.parts)
-        if self.matrix is not None:
-            return bool(np.any(self.matrix.density))
-        return any(np.any(dye.emission.values) for dye in self.fluorophores)
+        return any(term.fluorescent for _, term in self.terms)
+
+    def as_spectra(self) -> FactoredMatrix:
+        """Return it as one reflectance and its fluorophores.
+
+        Raises
+        ------
+        MaterialError
+            If it holds a measured matrix, or mixes materials with data for different ranges.
+
+        Examples
+        --------
+        >>> Material("grey", Spectrum.constant(0.45)).as_spectra().fluorophores
+        ()
+        """
+        if self.is_measured:
+            fault, fix = "a material that holds a measured matrix has no spectra of factors", "fit it first"
+            raise MaterialError(message(fault, where=self.name, fix=fix))
+        spectra = [term.reflectance for _, term in self.terms]
+        if len({spectrum.support for spectrum in spectra if not spectrum.is_constant}) > 1:
+            fault = "a mixture of materials with data for different ranges has no single table"
+            fix = "bring the ingredients to one range first (fluorspar.bispectral.resampling.resampled)"
+            raise MaterialError(message(fault, where=self.name, fix=fix))
+        return FactoredMatrix(self.reflectance, self.fluorophores, self.name)
 
     def on(self, grid: Wavelengths, stokes: Stokes = "half") -> DonaldsonMatrix:
         """Return its Donaldson matrix on a render grid, checked.
 
         Parameters
         ----------
-        grid
+        grid : Wavelengths
             N wavelengths.
-        stokes
+        stokes : {"half", "strict"}
             How fluorophores treat excitation at the emission wavelength itself; measured matrices are used
             as given.
+
+        Returns
+        -------
+        DonaldsonMatrix
+            Of shape (N, N).
 
         Raises
         ------
@@ -180,28 +209,21 @@ class Material:
         >>> Material("dyed", Spectrum.constant(0.1), (dye,)).on(Wavelengths(400, 600, 50)).band()[3].round(3)
         array([0. , 0.6, 0. , 0.1, 0. ])
         """
-        return self._on(grid, stokes).check(
-            self.name, orientation=False
-        )  # tables and measured cells were checked
+        # tables and measured cells were checked for their orientation
+        return self.unchecked_on(grid, stokes).check(self.name, orientation=False)
 
-    def _on(self, grid: Wavelengths, stokes: Stokes) -> DonaldsonMatrix:
-        if self.parts:
-            return _weighted([(part._on(grid, stokes), weight) for part, weight in self.parts])
-        if self.matrix is not None:
-            S, D_L = self.matrix.on(grid)
-            return DonaldsonMatrix(grid, S, luminescent=D_L, stokes=stokes)
-        return DonaldsonMatrix(
-            grid,
-            self.reflectance.on(grid),
-            _sampled([dye.emission for dye in self.fluorophores], grid),
-            _sampled([dye.excitation for dye in self.fluorophores], grid),
-            stokes=stokes,
-        )
+    def unchecked_on(self, grid: Wavelengths, stokes: Stokes = "half") -> DonaldsonMatrix:
+        """Return its Donaldson matrix on a grid, possible or not; see `on`."""
+        return weighted_matrices([(weight, term.on(grid, stokes)) for weight, term in self.terms])
 
     def with_concentration(self, factor: float) -> Material:
         """Return it with `factor` times the luminescence: alpha, or the luminescent cells of a matrix.
 
         The reflectance stays as it is.
+
+        Parameters
+        ----------
+        factor : float
 
         Raises
         ------
@@ -221,31 +243,31 @@ class Material:
             )
         if factor == 1:
             return self
-        return replace(
-            self,
-            fluorophores=tuple(
-                replace(dye, emission=dye.emission.scaled(factor)) for dye in self.fluorophores
-            ),
-            matrix=None if self.matrix is None else self.matrix.scaled_luminescence(factor),
-            parts=tuple((part.with_concentration(factor), weight) for part, weight in self.parts),
-        )
+        terms = tuple((weight, term.scaled_luminescence(factor)) for weight, term in self.terms)
+        return replace(self, terms=terms)
 
 
-def _weighted(parts: Sequence[tuple[DonaldsonMatrix, float]]) -> DonaldsonMatrix:
-    """Add matrices on one grid with weights; factors stay factors where all have them."""
-    grid, stokes = parts[0][0].wavelengths, parts[0][0].stokes
-    reflectance = np.sum([weight * D.reflectance for D, weight in parts], axis=0)
-    if all(D.luminescent is None for D, _ in parts):
-        emission = np.concatenate([weight * D.emission for D, weight in parts])
-        excitation = np.concatenate([D.excitation for D, _ in parts])
-        return DonaldsonMatrix(grid, reflectance, emission, excitation, stokes=stokes)
-    density = np.sum([weight * D.density() for D, weight in parts], axis=0)
-    return DonaldsonMatrix(grid, reflectance, luminescent=density, stokes=stokes)
-
-
-def _sampled(spectra: Sequence[Spectrum], grid: Wavelengths) -> NDArray[np.float64]:
-    rows = [spectrum.on(grid, outside="zero") for spectrum in spectra]
-    return np.array(rows, dtype=np.float64).reshape(len(spectra), len(grid))
+def _of_spectra(
+    name: str,
+    reflectance: Spectrum | None,
+    fluorophores: Sequence[Fluorophore] | None,
+    terms: Sequence[tuple[float, Term]],
+) -> FactoredMatrix:
+    """Make a term of spectra; those that are not given are those of other terms."""
+    if terms:
+        whole = Material(name, terms=terms)
+        if fluorophores is None and whole.is_measured:
+            fault, fix = (
+                "a measured matrix holds a reflectance of its own",
+                "fit it first, or give fluorophores too",
+            )
+            raise MaterialError(message(fault, where=name, fix=fix))
+        reflectance = whole.reflectance if reflectance is None else reflectance
+        fluorophores = whole.fluorophores if fluorophores is None else fluorophores
+    if reflectance is None:
+        raise MaterialError(message("a material has no reflectance", where=name, fix="give it as a Spectrum"))
+    named = reflectance if reflectance.name else replace(reflectance, name=f"reflectance of {name!r}")
+    return FactoredMatrix(named, tuple(fluorophores or ()), name)
 
 
 def mix(ingredients: Sequence[tuple[Material, float]], name: str = "") -> Material:
@@ -255,8 +277,13 @@ def mix(ingredients: Sequence[tuple[Material, float]], name: str = "") -> Materi
     ----------
     ingredients : sequence of (Material, float)
         The weights are positive and add up to 1 (within 0.001; they are then divided by their sum).
-    name
+    name : str
         "A:0.3,B:0.7" by default.
+
+    Returns
+    -------
+    Material
+        With the terms of all ingredients.
 
     Raises
     ------
@@ -276,21 +303,11 @@ def mix(ingredients: Sequence[tuple[Material, float]], name: str = "") -> Materi
         got = f"weights {', '.join(f'{w:g}' for w in weights)}"
         fault = "the weights of a mixture must be positive and add up to 1"
         raise MaterialError(message(fault, where=name or None, got=got, expected="such as A:0.3,B:0.7"))
-    weights /= weights.sum()
-    materials = [material for material, _ in ingredients]
-    title = f"reflectance of {name!r}"
-    reflectance = weighted_sum([material.reflectance for material in materials], weights.tolist(), title)
+    terms: list[tuple[float, Term]] = []
+    for (material, _), share in zip(ingredients, (weights / weights.sum()).tolist(), strict=True):
+        terms += [(share * weight, term) for weight, term in material.terms]
     credit, quality, assumed = (
-        "\n".join(f"{m.name}: {text}" for m in materials if (text := getattr(m, field)))
+        "\n".join(f"{m.name}: {text}" for m, _ in ingredients if (text := getattr(m, field)))
         for field in ("credit", "quality", "assumed")
     )
-    one_range = len({m.reflectance.support for m in materials if not m.reflectance.is_constant}) <= 1
-    if not one_range or any(material.matrix is not None or material.parts for material in materials):
-        parts = tuple(zip(materials, weights.tolist(), strict=True))
-        return Material(name, reflectance, parts=parts, credit=credit, quality=quality, assumed=assumed)
-    dyes = tuple(
-        replace(dye, emission=dye.emission.scaled(weight))
-        for material, weight in zip(materials, weights.tolist(), strict=True)
-        for dye in material.fluorophores
-    )
-    return Material(name, reflectance, dyes, credit=credit, quality=quality, assumed=assumed)
+    return Material(name, terms=terms, credit=credit, quality=quality, assumed=assumed)

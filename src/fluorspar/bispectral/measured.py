@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.bispectral.checks import MOST_PHOTON_YIELD, SPARE_PHOTONS, check_stokes_side, photon_yield
+from fluorspar.bispectral.conversions import Stokes
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.bispectral.noise import estimate_noise, stokes_shift
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, MaterialError, message
 from fluorspar.spectral.spectrum import Spectrum
@@ -49,8 +51,7 @@ class MeasuredMatrix:
     >>> sheet = MeasuredMatrix(w, w, [[0.5, 0, 0], [0.1, 0.5, 0], [0.2, 0.1, 0.5]], name="a sheet")
     >>> sheet.step, sheet.reflectance.values
     (10.0, array([0.5, 0.5, 0.5]))
-    >>> S, density = sheet.on(Wavelengths(400, 420, 5))
-    >>> density[2:, 0]
+    >>> sheet.on(Wavelengths(400, 420, 5)).density()[2:, 0]
     array([0.01 , 0.015, 0.02 ])
     """
 
@@ -77,6 +78,15 @@ class MeasuredMatrix:
             )
         self._check_wavelengths()
         check_stokes_side(self._luminescent_cells(), self.emission, self.excitation, self.title)
+
+    def __str__(self) -> str:
+        """Its ranges and peak in words."""
+        i, j = np.unravel_index(self.density.argmax(), self.density.shape)
+        em, ex = self.emission, self.excitation
+        return (
+            f"a measured matrix: excitation {ex[0]:g}-{ex[-1]:g} nm, "
+            f"emission {em[0]:g}-{em[-1]:g} nm by {self.step:g}, peak {ex[j]:g} nm to {em[i]:g} nm"
+        )
 
     def _check_wavelengths(self) -> None:
         for what, values in (("excitation", self.excitation), ("emission", self.emission)):
@@ -121,6 +131,11 @@ class MeasuredMatrix:
         """D_L in 1/nm, ndarray of shape (M, P), 0 in the cells that hold S."""
         return self._luminescent_cells() / self.step
 
+    @property
+    def fluorescent(self) -> bool:
+        """Whether it has a luminescent cell that is not 0."""
+        return bool(np.any(self.density))
+
     def photon_yield(self) -> Array:
         """Return photons out per photon in, ndarray of shape (P,); S counts where it was measured.
 
@@ -131,7 +146,11 @@ class MeasuredMatrix:
         array([0.6, 0.7])
         """
         reflected = np.where(self._is_diagonal(), self.cells, 0.0).sum(axis=0)
-        return np.asarray(reflected + photon_yield(self._luminescent_cells(), self.emission, self.excitation))
+        return np.asarray(reflected + self.luminescent_photon_yield())
+
+    def luminescent_photon_yield(self) -> Array:
+        """Return the luminescent part of `photon_yield`, ndarray of shape (P,)."""
+        return photon_yield(self._luminescent_cells(), self.emission, self.excitation)
 
     def energy_yield(self) -> Array:
         """Return energy out per energy in, ndarray of shape (P,); S counts where it was measured.
@@ -183,7 +202,7 @@ class MeasuredMatrix:
     def _room(self) -> Array:
         if self.room is not None:
             return self.room
-        lit = photon_yield(self._luminescent_cells(), self.emission, self.excitation)
+        lit = self.luminescent_photon_yield()
         return np.where(lit > 0, np.clip(1 - SPARE_PHOTONS - lit, 0.0, 1.0), 1.0)
 
     def _is_diagonal(self) -> NDArray[np.bool_]:
@@ -192,7 +211,7 @@ class MeasuredMatrix:
     def _luminescent_cells(self) -> Array:
         return np.where(self._is_diagonal(), 0.0, self.cells)
 
-    def on(self, grid: Wavelengths) -> tuple[Array, Array]:
+    def on(self, grid: Wavelengths, stokes: Stokes = "half") -> DonaldsonMatrix:
         """Resample to a render grid.
 
         On wavelengths that were measured, with the step that was measured, the cells come back exactly as
@@ -203,14 +222,15 @@ class MeasuredMatrix:
 
         Parameters
         ----------
-        grid
+        grid : Wavelengths
             N wavelengths.
+        stokes : {"half", "strict"}
+            Changes nothing: a measured matrix is used as given.
 
         Returns
         -------
-        reflectance : ndarray of shape (N,)
-        luminescent : ndarray of shape (N, N)
-            D_L, 1/nm, rows are emission wavelengths.
+        DonaldsonMatrix
+            Of shape (N, N), in full.
 
         Raises
         ------
@@ -225,9 +245,9 @@ class MeasuredMatrix:
         Examples
         --------
         >>> w = np.array([400.0, 410.0])
-        >>> MeasuredMatrix(w, w, [[0.5, 0], [0.2, 0.4]]).on(Wavelengths(400, 410, 10))
-        (array([0.5, 0.4]), array([[0.  , 0.  ],
-               [0.02, 0.  ]]))
+        >>> MeasuredMatrix(w, w, [[0.5, 0], [0.2, 0.4]]).on(Wavelengths(400, 410, 10)).luminescent
+        array([[0.  , 0.  ],
+               [0.02, 0.  ]])
         """
         w = grid.values
         held = self.reflectance.on(grid, outside="hold")
@@ -246,7 +266,7 @@ class MeasuredMatrix:
             n = len(w)
             below, above = (_bilinear(self._filled_density(side), *at) for side in (1, -1))
             density = np.where(np.tri(n, k=-1), below, np.where(np.tri(n), 0.0, above))
-        return reflectance, np.where(inside, density, 0.0)
+        return DonaldsonMatrix(grid, reflectance, luminescent=np.where(inside, density, 0.0), stokes=stokes)
 
     def _with_room(self, S: Array, w: Array) -> Array:
         """Lower S, where it was not measured, as far as luminescence leaves no room for it; all of shape (N,)."""

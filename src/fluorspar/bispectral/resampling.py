@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fluorspar.bispectral.files.material_csv import refuse_without_factors
-from fluorspar.bispectral.material import Fluorophore, Material
-from fluorspar.spectral.spectrum import Spectrum, trapezoid
+from fluorspar.bispectral.factored import FactoredMatrix, Fluorophore
+from fluorspar.bispectral.material import Material
+from fluorspar.spectral.spectrum import trapezoid
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["resampled"]
@@ -20,9 +20,9 @@ def resampled(material: Material, grid: Wavelengths) -> Material:
 
     Parameters
     ----------
-    material
+    material : Material
         Of factors, without a measured matrix.
-    grid
+    grid : Wavelengths
         N wavelengths, within the data of the reflectance.
 
     Returns
@@ -42,15 +42,16 @@ def resampled(material: Material, grid: Wavelengths) -> Material:
 
     Examples
     --------
+    >>> from fluorspar.spectral.spectrum import Spectrum
     >>> dye = Fluorophore(Spectrum([500, 550, 600], [0, 0.6, 0]), Spectrum([400, 450, 500], [0, 1, 0]))
     >>> fine = resampled(Material("dyed", Spectrum.constant(0.1), (dye,)), Wavelengths(400, 600, 10))
     >>> fine.fluorophores[0].emission.at(540), len(fine.reflectance.wavelengths)
     (0.48, 21)
     """
-    refuse_without_factors(material)
+    spectra = material.as_spectra()
     w = grid.values
     dyes = []
-    for dye in material.fluorophores:
+    for dye in spectra.fluorophores:
         alpha, beta = (s.on(grid, outside="zero") for s in (dye.emission, dye.excitation))
         area = trapezoid(beta, w)  # Fluorophore makes it 1, so alpha takes it up
         if area > 0 and alpha.any():
@@ -61,7 +62,5 @@ def resampled(material: Material, grid: Wavelengths) -> Material:
                     dye.name,
                 )
             )
-    reflectance = Spectrum(
-        w, material.reflectance.on(grid), material.reflectance.name, material.reflectance.assumed
-    )
-    return replace(material, reflectance=reflectance, fluorophores=tuple(dyes))
+    reflectance = replace(spectra.reflectance, wavelengths=w, values=spectra.reflectance.on(grid))
+    return replace(material, terms=((1.0, FactoredMatrix(reflectance, tuple(dyes), spectra.name)),))

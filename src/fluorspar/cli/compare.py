@@ -12,7 +12,6 @@ from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption
 
 __all__ = ["compare"]
 
-OBSERVERS = {"2": "CIE 1931 2 Degree Standard Observer", "10": "CIE 1964 10 Degree Standard Observer"}
 EXCEEDED = 1
 
 _EXAMPLES = """Examples:
@@ -101,8 +100,9 @@ def compare(
     """Compare spectra: RMSE of each point and, with --match POINT, of all (Eq. 14), CIEDE2000, bias, share of noise."""
     from fluorspar.cli.options import limits_of, scene_named
     from fluorspar.cli.targets import check_files
+    from fluorspar.colour.observers import observer_named
     from fluorspar.comparing.compare import compare as compare_spectra
-    from fluorspar.errors import OptionError, message
+    from fluorspar.errors import OptionError
     from fluorspar.figures.report import write_report
     from fluorspar.figures.spectra import comparison_figure, write_figure
     from fluorspar.files.names import text_of
@@ -113,10 +113,7 @@ def compare(
     for path in outputs:
         check_not_input(path, a, b, points, scene)
     limits = limits_of(fail_above or [])
-    if observer not in OBSERVERS:
-        raise OptionError(
-            message("there is no such observer", where="--observer", got=observer, expected="2 or 10")
-        )
+    seen_by = observer_named(observer, "--observer")
     with console.err.status("comparing"):
         comparison = compare_spectra(
             a,
@@ -124,7 +121,7 @@ def compare(
             points=points,
             match=match,
             white=white,
-            observer=OBSERVERS[observer],
+            observer=seen_by,
             wavelengths=wavelengths,
             bandwidth_a=bandwidth_a,
             bandwidth_b=bandwidth_b,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
+from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.bispectral.library import ENVIRONMENT
 from fluorspar.errors import OptionError, message
 
@@ -138,7 +139,7 @@ def material_files(text: str, folders: Sequence[Path]) -> list[Path]:
     for name in filter(None, names):
         found += [
             Path(name),
-            *(folder / f"{name}{suffix}" for folder in known for suffix in (".csv", ".bfc")),
+            *(folder / f"{name}{suffix}" for folder in known for suffix in SUFFIXES),
         ]
     return found
 

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fluorspar.colour.xyz import CIE_1931
+from fluorspar.colour.observers import CIE_1931, CIE_1964
 from fluorspar.errors import OptionError, message
 
 __all__ = ["CIE_1964", "Whiteness", "cie_whiteness"]
-
-CIE_1964 = "CIE 1964 10 Degree Standard Observer"
 
 _TINT = {CIE_1931: 1000.0, CIE_1964: 900.0}  # coefficient of x; that of y is 650 for both
 _LEAST_WHITENESS = 40.0
@@ -56,7 +54,7 @@ def cie_whiteness(xyz: ArrayLike, white: ArrayLike, observer: str = CIE_1964) ->
         Of the sample.
     white : array_like of shape (3,)
         Of the perfect diffuser in the same light and unit.
-    observer
+    observer : str
         `CIE_1931` or `CIE_1964`, the one both were found with; 10 degree is usual.
 
     Returns

@@ -1,22 +1,19 @@
 """From radiance to XYZ, CIELAB, luminance and sRGB.
 
-The CIE 1931 table comes with the package, those of other observers from colour-science; the sums are matrix
-products. All of them run over the part of the
-render grid that the observer's table covers, 360-830 nm for the CIE 1931 and 1964 observers: a grid of
-360-700 nm leaves out 0.05 % of the luminous efficiency, ultraviolet bands below 360 nm count as 0.
+The sums are matrix products. All of them run over the part of the render grid that the observer's table covers,
+360-830 nm for the CIE 1931 and 1964 observers: a grid of 360-700 nm leaves out 0.05 % of the luminous efficiency,
+ultraviolet bands below 360 nm count as 0.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fluorspar.colour.observers import CIE_1931, matching_functions
 from fluorspar.errors import OptionError, message
-from fluorspar.files.tables import read_table
-from fluorspar.spectral.colour_science import colour_science
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [
@@ -34,8 +31,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-CIE_1931 = "CIE 1931 2 Degree Standard Observer"
-
 K_M = 683.0
 """Maximum luminous efficacy, lm/W."""
 
@@ -52,10 +47,10 @@ def observer_weights(grid: Wavelengths, observer: str = CIE_1931) -> Array:
 
     Parameters
     ----------
-    grid
+    grid : Wavelengths
         N wavelengths. The sum runs over those within the observer's table (360-830 nm for CIE 1931); the
         weight of others is 0.
-    observer
+    observer : str
         Name of the colour matching functions in colour-science; interpolated linearly, from 1 nm steps.
 
     Returns
@@ -74,25 +69,11 @@ def observer_weights(grid: Wavelengths, observer: str = CIE_1931) -> Array:
     >>> observer_weights(grid)[1].round(1)  # 683 x 5 x (0.51205, 1, 0.00575) at 555 nm
     array([1748.7, 3415. ,   19.6])
     """
-    at, cmfs = _matching_functions(observer)
+    at, cmfs = matching_functions(observer)
     columns = [np.interp(grid.values, at, cmf, left=0.0, right=0.0) for cmf in cmfs.T]
     weights = K_M * grid.step * np.stack(columns, axis=-1)
     weights.flags.writeable = False
     return weights
-
-
-def _matching_functions(observer: str) -> tuple[Array, Array]:
-    """Wavelengths (n,) and colour-matching functions (n, 3) of an observer."""
-    if observer == CIE_1931:  # shipped, because colour-science takes a second to import
-        rows = read_table(files("fluorspar") / "data" / "observers" / "CIE-1931-2-degree.csv").rows
-        return rows[:, 0], rows[:, 1:]
-    tables = colour_science().MSDS_CMFS
-    if observer not in tables:
-        expected = ", ".join(sorted(tables))
-        raise OptionError(message("there is no such observer", got=repr(observer), expected=expected))
-    return np.asarray(tables[observer].wavelengths, np.float64), np.asarray(
-        tables[observer].values, np.float64
-    )
 
 
 def xyz_from_radiance(radiance: ArrayLike, grid: Wavelengths, observer: str = CIE_1931) -> Array:
@@ -102,7 +83,7 @@ def xyz_from_radiance(radiance: ArrayLike, grid: Wavelengths, observer: str = CI
     ----------
     radiance : array_like of shape (..., N)
         W m-2 sr-1 nm-1.
-    grid
+    grid : Wavelengths
         Its N wavelengths; the sum runs over those within the observer's table, 360-830 nm.
 
     Returns
@@ -148,7 +129,7 @@ def white_xyz(illuminant: ArrayLike, grid: Wavelengths, observer: str = CIE_1931
     illuminant : array_like of shape (N,)
         What the diffuser shows, irradiance / pi, W m-2 sr-1 nm-1; or any relative spectrum if only ratios
         matter.
-    grid
+    grid : Wavelengths
         Its N wavelengths.
 
     Returns
@@ -202,7 +183,7 @@ def srgb_from_xyz(xyz: ArrayLike, exposure: float = 1.0) -> tuple[Array, float]:
     Parameters
     ----------
     xyz : array_like of shape (..., 3)
-    exposure
+    exposure : float
         What `xyz` is multiplied with, so that Y = 1 shows as white (D65; no chromatic adaptation).
 
     Returns

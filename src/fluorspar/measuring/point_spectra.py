@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fluorspar.colour.xyz import CIE_1931, luminance
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.files.names import text_of
-from fluorspar.files.tables import read_cells
+from fluorspar.files.tables import read_table
 from fluorspar.files.writing import replacing
 from fluorspar.image.units import NOT_STATED, UNITS, same_unit
 from fluorspar.measuring.spectra_table import TIDY, bandwidth_of, correlated_in, on_even_grid, tidy_spectra
@@ -234,12 +234,12 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     ('1', '2')
     """
     path = Path(path)
-    table = read_cells(path, SpectrumError)
+    table = read_table(path, named_rows=True)
     header = [name.lower() for name in table.header]
     if "point" in header:
         names, wavelengths, radiance, error = tidy_spectra(table)
     elif header and header[0] in ("wavelength", "wavelength_nm", "wavelength (nm)", "nm"):
-        values = table.numbers(slice(0, None))
+        values = table.numbers()
         order = np.argsort(values[:, 0], kind="stable")
         names, wavelengths = tuple(table.header[1:]), values[order, 0]
         radiance, error = values[order, 1:].T.copy(), None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, message
-from fluorspar.files.tables import read_cells
+from fluorspar.files.tables import read_table
 
 __all__ = ["Point", "pixels_of", "points_of", "read_points"]
 
@@ -99,7 +99,7 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
     Point(name='2', position=(30.0, 40.0), white=0.85, note='')
     """
     path = Path(path)
-    table = read_cells(path, OptionError)
+    table = read_table(path, error=OptionError, named_rows=True)
     header = [name.lower() for name in table.header]
     unknown = [name for name in header if name not in _COLUMNS]
     missing = [name for name in _COLUMNS[:3] if name not in header]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import SpectrumError, message
-from fluorspar.files.tables import Cells
+from fluorspar.files.tables import Table
 from fluorspar.spectral.even import regular_spectra
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -22,12 +22,12 @@ TIDY = ("point", "wavelength", "radiance", "standard_error")
 _UNEVEN = 0.7
 
 
-def tidy_spectra(table: Cells) -> tuple[tuple[str, ...], Array, Array, Array | None]:
+def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | None]:
     """Sort a tidy table.
 
     Parameters
     ----------
-    table : Cells
+    table : Table
         With the columns of `TIDY`, in any order.
 
     Returns
@@ -48,7 +48,7 @@ def tidy_spectra(table: Cells) -> tuple[tuple[str, ...], Array, Array, Array | N
     Examples
     --------
     >>> rows = [["1", "410", "2"], ["1", "400", "3"]]
-    >>> tidy_spectra(Cells({}, ("point", "wavelength", "radiance"), rows, Path("a.csv"), SpectrumError))[:2]
+    >>> tidy_spectra(Table({}, ("point", "wavelength", "radiance"), rows, Path("a.csv"), SpectrumError))[:2]
     (('1',), array([400., 410.]))
     """
     header = [name.lower() for name in table.header]
@@ -163,7 +163,7 @@ def on_even_grid(
     return layers[0], None if error is None else layers[1], grid
 
 
-def bandwidth_of(table: Cells) -> float | None:
+def bandwidth_of(table: Table) -> float | None:
     """The bandwidth that a table states in a line `# bandwidth: 8`, FWHM in nm; None if there is no such line.
 
     Raises
@@ -173,7 +173,7 @@ def bandwidth_of(table: Cells) -> float | None:
 
     Examples
     --------
-    >>> bandwidth_of(Cells({"bandwidth": "8 nm"}, (), [], Path("a.csv"), SpectrumError))
+    >>> bandwidth_of(Table({"bandwidth": "8 nm"}, (), [], Path("a.csv"), SpectrumError))
     8.0
     """
     if "bandwidth" not in table.keys:
@@ -196,7 +196,7 @@ def bandwidth_of(table: Cells) -> float | None:
     return fwhm
 
 
-def correlated_in(table: Cells) -> bool:
+def correlated_in(table: Table) -> bool:
     """Whether a table says `# errors: correlated`: that the errors of the bands of a point are fully correlated.
 
     Raises
@@ -206,7 +206,7 @@ def correlated_in(table: Cells) -> bool:
 
     Examples
     --------
-    >>> correlated_in(Cells({"errors": "Correlated"}, (), [], Path("a.csv"), SpectrumError))
+    >>> correlated_in(Table({"errors": "Correlated"}, (), [], Path("a.csv"), SpectrumError))
     True
     """
     word = (table.keys.get("errors", "independent").split() or [""])[0].lower().strip(",;.")

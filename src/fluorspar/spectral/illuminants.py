@@ -23,7 +23,7 @@ def illuminant(name: str) -> Spectrum:
 
     Parameters
     ----------
-    name
+    name : str
         "D65", "D50", "A", "E", "FL2", "FL11", "LED-B1", ... or a lamp shipped with Fluorspar, in upper or
         lower case.
 
@@ -57,7 +57,8 @@ def illuminant(name: str) -> Spectrum:
     if wanted in shipped:
         table = read_table(shipped[wanted])
         title = table.keys.get("name", name)
-        return Spectrum(table.rows[:, 0], table.rows[:, 1], title, table.keys.get("assumed", ""))
+        wavelengths, values = table.numbers().T
+        return Spectrum(wavelengths, values, title, table.keys.get("assumed", ""))
     tables = {key.casefold(): spectrum for key, spectrum in _colour_science().items()}
     if wanted in tables:
         return replace(tables[wanted], name=f"illuminant {tables[wanted].name}")

@@ -17,6 +17,7 @@ from fluorspar.files.tables import read_table
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [
+    "SUFFIXES",
     "Outside",
     "Spectrum",
     "SpectrumLike",
@@ -28,6 +29,9 @@ __all__ = [
 ]
 
 Outside = Literal["warn", "error", "zero", "hold"]
+
+SUFFIXES = (".csv", ".spd", ".txt")
+"""Of files that `read_spectrum` reads."""
 
 _SAME = 1e-6  # nm; wavelengths closer than this are one
 
@@ -85,6 +89,15 @@ class Spectrum:
             got = f"{w[0]:g} to {w[-1]:g} nm"
             raise SpectrumError(message("a wavelength is impossible", where=self.title, got=got))
 
+    def __str__(self) -> str:
+        """Its range and extremes in words."""
+        w, v = self.wavelengths, self.values
+        if self.is_constant:
+            return f"{v[0]:.3g} at all wavelengths"
+        least, most = int(v.argmin()), int(v.argmax())
+        extremes = f"from {v[least]:.3g} at {w[least]:g} nm to {v[most]:.3g} at {w[most]:g} nm"
+        return f"{w[0]:g}-{w[-1]:g} nm, " + (f"{v[0]:.3g} everywhere" if v[least] == v[most] else extremes)
+
     @classmethod
     def constant(cls, value: float, name: str = "", assumed: str = "") -> Spectrum:
         """Make the spectrum that has one value at every wavelength, from 0 to inf.
@@ -112,14 +125,19 @@ class Spectrum:
         """First and last wavelength in nm."""
         return float(self.wavelengths[0]), float(self.wavelengths[-1])
 
+    @property
+    def peak(self) -> float:
+        """Wavelength in nm of the highest sample."""
+        return float(self.wavelengths[self.values.argmax()])
+
     def on(self, grid: Wavelengths, *, outside: Outside = "warn") -> NDArray[np.float64]:
         """Sample on a grid, linear between samples.
 
         Parameters
         ----------
-        grid
+        grid : Wavelengths
             The wavelengths wanted.
-        outside
+        outside : {"warn", "error", "zero", "hold"}
             What happens where the grid reaches beyond the data: "warn" holds the end value and says so,
             "hold" does it without a word, "zero" gives 0, "error" refuses.
 
@@ -242,9 +260,8 @@ def read_spectrum(path: str | Path, name: str = "") -> Spectrum:
 
     Parameters
     ----------
-    path
-        The file.
-    name
+    path : str or Path
+    name : str
         For messages; the file's name by default.
 
     Raises
@@ -262,10 +279,11 @@ def read_spectrum(path: str | Path, name: str = "") -> Spectrum:
     1.5
     """
     table = read_table(Path(path))
-    if table.rows.shape[1] != 2:
-        got, expected = f"{table.rows.shape[1]} columns", "wavelength and value"
+    columns = table.numbers().T
+    if len(columns) != 2:
+        got, expected = f"{len(columns)} columns", "wavelength and value"
         raise SpectrumError(message("the file is not a spectrum", where=path, got=got, expected=expected))
-    wavelengths, values = table.rows.T
+    wavelengths, values = columns
     return Spectrum(wavelengths, values, name or Path(path).name, table.keys.get("assumed", ""))
 
 
@@ -274,9 +292,9 @@ def as_spectrum(value: SpectrumLike, name: str = "") -> Spectrum:
 
     Parameters
     ----------
-    value
+    value : float, str, Path, Spectrum or (wavelengths, values)
         A number or the text of one (constant), a pair (wavelengths, values), a file, or a `Spectrum`.
-    name
+    name : str
         For messages; a `Spectrum` that has a name keeps it.
 
     Raises

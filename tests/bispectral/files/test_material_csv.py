@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from fluorspar.bispectral.files.material_csv import write_material
-from fluorspar.bispectral.library import material, materials, read_material
+from fluorspar.bispectral.files.registry import read_material
+from fluorspar.bispectral.library import material, materials
 from fluorspar.bispectral.material import Fluorophore, Material
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.errors import MaterialError

@@ -1,18 +1,22 @@
-"""Write material files: small text tables that `read_material` reads."""
+"""Material files: small text tables of reflectance, emission and excitation."""
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.bispectral.material import Material
-from fluorspar.errors import MaterialError, message
+from fluorspar.bispectral.material import Fluorophore, Material
+from fluorspar.errors import ImageError, MaterialError, SpectrumError, message
+from fluorspar.files.tables import Table
+from fluorspar.files.writing import replacing
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["refuse_without_factors", "write_material"]
+__all__ = ["is_material", "material_of_table", "texts_of", "write_material"]
+
+_TEXTS = ("description", "credit", "quality", "assumed")
 
 _RANGE = (300.0, 780.0)  # of a table of constants
 _EDGE = 0.001  # nm, beside the end of a spectrum that does not end at 0
@@ -26,9 +30,9 @@ def write_material(path: str | Path, material: Material) -> Path:
 
     Parameters
     ----------
-    path
+    path : str or Path
         The file; an existing one is replaced when the new one is complete.
-    material
+    material : Material
         Of factors: without a measured matrix and not a mixture of materials that keep their own tables.
 
     Returns
@@ -55,16 +59,16 @@ def write_material(path: str | Path, material: Material) -> Path:
     <BLANKLINE>
     """
     path = Path(path)
-    refuse_without_factors(material)
+    spectra = material.as_spectra()
     lines = ["# fluorspar-material: 1", f"# name: {' '.join(material.name.split())}"]
-    single = len(material.fluorophores) == 1
-    columns = {"reflectance": material.reflectance}
-    for k, dye in enumerate(material.fluorophores, start=1):
+    single = len(spectra.fluorophores) == 1
+    columns = {"reflectance": spectra.reflectance}
+    for k, dye in enumerate(spectra.fluorophores, start=1):
         columns |= {f"emission_{k}": dye.emission, f"excitation_{k}": dye.excitation}
     wavelengths = _union(list(columns.values()))
-    for key in ("description", "credit", "quality", "assumed"):
+    for key in _TEXTS:
         lines += [f"# {key}: {part}" for part in getattr(material, key).splitlines()]
-    lines += [f"# assumed: {text}" for text in _held(material.reflectance, wavelengths)]
+    lines += [f"# assumed: {text}" for text in _held(spectra.reflectance, wavelengths)]
     header = ["wavelength", *(name.removesuffix("_1") if single else name for name in columns)]
     table = [wavelengths]
     for name, spectrum in columns.items():
@@ -74,35 +78,73 @@ def write_material(path: str | Path, material: Material) -> Path:
     lines += [
         ",".join([f"{row[0]:.7g}", *(f"{value:.6g}" for value in row[1:])]) for row in np.array(table).T
     ]
-    temporary = path.with_name(path.name + ".part")
     try:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        os.replace(temporary, path)
-    except OSError as err:
-        temporary.unlink(missing_ok=True)
+        with replacing(path) as temporary:
+            temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except ImageError as err:
         raise MaterialError(message("a material file cannot be written", where=path, got=err)) from err
     return path
 
 
-def refuse_without_factors(material: Material) -> None:
-    """Refuse a material that has no reflectance, emission and excitation of its own.
+def is_material(table: Table) -> bool:
+    """Whether a table says that it is a material of spectra."""
+    return "fluorspar-material" in table.keys
+
+
+def texts_of(table: Table) -> dict[str, Any]:
+    """What the comment lines of a table say of a material, by the names of its attributes."""
+    return {key: table.keys.get(key, "") for key in _TEXTS}
+
+
+def material_of_table(table: Table, stem: str) -> Material:
+    """Make the material of a material file.
+
+    Parameters
+    ----------
+    table : Table
+        See `fluorspar.bispectral.files.registry.read_material`.
+    stem : str
+        The name of a material that states none.
 
     Raises
     ------
     MaterialError
-        If it holds a measured matrix, or is a mixture that keeps its ingredients.
-
-    Examples
-    --------
-    >>> refuse_without_factors(Material("grey", Spectrum.constant(0.45)))
+        If version or columns are unknown, a cell is not a number, or a spectrum is impossible.
     """
-    if material.matrix is not None:
-        fault, fix = "a material that holds a measured matrix has no spectra of factors", "fit it first"
-        raise MaterialError(message(fault, where=material.name, fix=fix))
-    if material.parts:
-        fault = "a mixture of measured matrices, or of materials with data for different ranges, has no single table"
-        fix = "bring the ingredients to one range first (fluorspar.bispectral.resampling.resampled)"
-        raise MaterialError(message(fault, where=material.name, fix=fix))
+    where = table.where
+    if table.keys["fluorspar-material"] != "1":
+        got = table.keys["fluorspar-material"]
+        raise MaterialError(
+            message("a material file has an unknown version", where=where, got=got, expected="1")
+        )
+    header = [cell.lower() for cell in table.header]
+    dyes = [cell.removeprefix("emission") for cell in header if cell.startswith("emission")]
+    expected = ["wavelength", "reflectance"] + [
+        f"{what}{dye}" for dye in dyes for what in ("emission", "excitation")
+    ]
+    if sorted(header) != sorted(expected):
+        got, wanted = ",".join(table.header), "wavelength,reflectance[,emission,excitation]"
+        raise MaterialError(
+            message("a material file has unknown columns", where=where, got=got, expected=wanted)
+        )
+    name = table.keys.get("name", stem)
+    columns = dict(zip(header, table.numbers().T, strict=True))
+
+    def spectrum(column: str) -> Spectrum:
+        title = f"{column.replace('_', ' ')} of {name!r}"
+        return Spectrum(columns["wavelength"], columns[column], title, table.keys.get("assumed", ""))
+
+    try:
+        fluorophores = tuple(
+            Fluorophore(spectrum(f"emission{dye}"), spectrum(f"excitation{dye}"), f"{name}{dye}")
+            for dye in dyes
+            if np.any(columns[f"emission{dye}"]) or np.any(columns[f"excitation{dye}"])
+        )
+        return Material(name, spectrum("reflectance"), fluorophores, **texts_of(table))
+    except SpectrumError as err:
+        raise MaterialError(
+            message("a material file holds an impossible spectrum", where=where, got=err)
+        ) from err
 
 
 def _held(reflectance: Spectrum, wavelengths: NDArray[np.float64]) -> list[str]:

@@ -75,14 +75,14 @@ class Problem:
         Band-weighted.
     shift : ndarray of shape (M, P)
         Emission minus excitation wavelength in steps.
-    noise
+    noise : MatrixNoise
         What the cells are worth.
     sums : ndarray of shape (C, M, P), optional
         Weights of C sums over the luminescent cells that shall be what was measured, such as tristimulus
         values: many small errors of one sign would show as a colour.
-    tolerance
+    tolerance : float
         How well, in the unit of these sums.
-    mirrored
+    mirrored : bool
         Look for luminescence above the diagonal, where there is none: what is found there is what noise
         yields.
 
@@ -271,9 +271,9 @@ def _solve(normal: Array, right: Array, penalty: Array, is_open: NDArray[np.bool
     matrix = matrix / np.outer(scale, scale)
     upper = cholesky(matrix + 1e-9 * np.eye(len(matrix)))
     target = solve_triangular(upper, right.ravel()[free] / scale, trans="T")
-    found = np.zeros(k * n)
-    found[free] = nnls(upper, target, maxiter=20 * k * n)[0] / scale
-    return found.reshape(k, n)
+    factors = np.zeros(k * n)
+    factors[free] = nnls(upper, target, maxiter=20 * k * n)[0] / scale
+    return factors.reshape(k, n)
 
 
 def _bend(count: int, *, zero_before: bool) -> Array:

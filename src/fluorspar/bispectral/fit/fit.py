@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.fit.factorise import Factors, Problem
 from fluorspar.bispectral.fit.rank import choose_rank
-from fluorspar.bispectral.fit.tables import material_tables
-from fluorspar.bispectral.material import Fluorophore, Material
+from fluorspar.bispectral.fit.spectra import spectra_of_factors
+from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.measured import MeasuredMatrix, check_measured
 from fluorspar.bispectral.noise import MatrixNoise, estimate_noise, stokes_shift
 from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.illuminants import illuminant
-from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["MaterialFit", "fit_material"]
@@ -89,16 +88,15 @@ def fit_material(
 
     Parameters
     ----------
-    measured
-        The matrix.
-    rank
+    measured : MeasuredMatrix
+    rank : int, optional
         Number of fluorophores, 0 included; chosen by the data if None (see `choose_rank`). Terms that find no
         luminescence are left out.
-    name, description, credit
+    name, description, credit : str
         Of the material.
-    smooth
+    smooth : bool
         Make the spectra as smooth as the noise allows.
-    support
+    support : (float, float)
         The first and last wavelength of the tables in nm. Where the data end earlier S keeps its end value
         and alpha and beta are 0, which `material.assumed` says.
 
@@ -140,24 +138,16 @@ def fit_material(
         factors = problem.fit(replace(choice.factors, curvature=0.0))
         factors = problem.smooth(factors) if smooth else factors
     title = name or measured.title
-    table = material_tables(measured, factors, support, tolerance=3 * noise.near)
+    spectra, scaled = spectra_of_factors(measured, factors, support, tolerance=3 * noise.near, name=title)
     material = Material(
         title,
-        Spectrum(table.wavelengths, table.reflectance, f"reflectance of {title!r}", table.assumed),
-        tuple(
-            Fluorophore(
-                Spectrum(table.wavelengths, a, f"emission of {title!r}", table.assumed),
-                Spectrum(table.wavelengths, b, f"excitation of {title!r}", table.assumed),
-                f"{title}_{k}",
-            )
-            for k, (a, b) in enumerate(zip(table.emission, table.excitation, strict=True), start=1)
-        ),
+        terms=((1.0, spectra),),
         description=description,
         credit=credit,
-        assumed=table.assumed,
+        assumed=spectra.reflectance.assumed,
     )
     unexplained = _unexplained(measured, factors, shift)
-    return MaterialFit(material, measured, noise, choice.gains, choice.noise_gain, unexplained, table.scaled)
+    return MaterialFit(material, measured, noise, choice.gains, choice.noise_gain, unexplained, scaled)
 
 
 def _check_request(measured: MeasuredMatrix, rank: int | None, support: tuple[float, float]) -> None:

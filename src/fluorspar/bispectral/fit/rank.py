@@ -50,11 +50,10 @@ def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None =
 
     Parameters
     ----------
-    measured
-        The matrix.
-    noise
+    measured : MeasuredMatrix
+    noise : MatrixNoise
         See `estimate_noise`.
-    rank
+    rank : int, optional
         Do not choose, take so many terms.
 
     Returns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,11 +62,10 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
 
     Parameters
     ----------
-    measured
-        The matrix.
-    material
+    measured : MeasuredMatrix
+    material : Material
         Its fit.
-    step
+    step : float, optional
         Of the grid in nm; that of the measurement by default.
 
     Returns
@@ -94,10 +93,9 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
     grid = Wavelengths(float(first), float(first + h * np.floor((last - first) / h + 1e-6)), h)
     with warnings.catch_warnings():  # both sides assume the same outside the data
         warnings.simplefilter("ignore", ExtrapolationWarning)
-        S, density = measured.on(grid)
+        full = measured.on(grid)
         fitted = material.on(grid)
-    full = DonaldsonMatrix(grid, S, luminescent=density)
-    stokes = DonaldsonMatrix(grid, S, luminescent=np.tril(density))
+    stokes = replace(full, luminescent=np.tril(full.density()))
     seen = (grid.values >= measured.emission[0]) & (grid.values <= measured.emission[-1])
     weights = np.where(seen[:, None], observer_weights(grid), 0.0)
     delta_e, delta_e_all_cells = (
@@ -107,7 +105,7 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
     S_range = measured.reflectance.support
     known = (grid.values > S_range[0] - 1e-6) & (grid.values < S_range[1] + 1e-6)
     below = np.tri(len(grid), k=-1) * seen[:, None] > 0
-    cells = density[below]
+    cells = full.density()[below]
     residual = np.sqrt(np.mean((fitted.density()[below] - cells) ** 2))
     return FitReport(
         grid,
@@ -149,9 +147,9 @@ def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
 
     Parameters
     ----------
-    fit
+    fit : MaterialFit
         From `fit_material`.
-    coarse, fine
+    coarse, fine : FitReport
         From `report_fit`, at the step of the measurement and at half of it.
 
     Returns

@@ -67,6 +67,7 @@ def colour(
     from fluorspar.bispectral.lamp import WIDE
     from fluorspar.bispectral.lamp_colour import colour_under_condition, colour_under_lamp
     from fluorspar.bispectral.library import material
+    from fluorspar.colour.observers import observer_named
     from fluorspar.files.writing import check_not_input, check_target
     from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -74,63 +75,50 @@ def colour(
     if output is not None:
         check_target(output)
         check_not_input(output, illuminant, *material_files(name, library or []))
-    grid, seen_by = Wavelengths.parse(wavelengths) if wavelengths else None, _observer(observer)
-    made = material(name, library or [])
+    grid = Wavelengths.parse(wavelengths) if wavelengths else None
+    seen_by = observer_named(observer, "--observer")
+    sample = material(name, library or [])
     if condition is None:
         lamp = _lamp(illuminant or "D65")
-        found = colour_under_lamp(made, lamp, uv_cut=uv_cut, observer=seen_by, wavelengths=grid)
+        shown = colour_under_lamp(sample, lamp, uv_cut=uv_cut, observer=seen_by, wavelengths=grid)
     elif illuminant is None and uv_cut is None:
-        found = colour_under_condition(made, condition, observer=seen_by, wavelengths=grid or WIDE)
+        shown = colour_under_condition(sample, condition, observer=seen_by, wavelengths=grid or WIDE)
     else:
         fault, fix = "a measurement condition has a lamp of its own", "leave --illuminant and --uv-cut out"
         raise OptionError(message(fault, where="--condition", got=condition, fix=fix))
-    _print(found, made.name)
+    _print(shown, sample.name)
     if output is not None:
-        _write(found, output)
-        console.out.print(f"wrote {output}", markup=False, highlight=False)
+        _write(shown, output)
     if plot is not None:
         from fluorspar.figures.materials import lamp_figure
 
-        write_plot(lamp_figure(found, made.name), plot)
-        console.out.print(f"wrote {plot}", markup=False, highlight=False)
+        write_plot(lamp_figure(shown, sample.name), plot)
 
 
 def _lamp(text: str) -> str | Spectrum:
-    from fluorspar.spectral.spectrum import read_spectrum
+    from fluorspar.spectral.spectrum import SUFFIXES, read_spectrum
 
-    return read_spectrum(text) if Path(text).suffix.lower() in (".csv", ".spd", ".txt") else text
-
-
-def _observer(text: str) -> str:
-    from fluorspar.colour.whiteness import CIE_1964
-    from fluorspar.colour.xyz import CIE_1931
-
-    names = {"2": CIE_1931, "10": CIE_1964}
-    if text not in names:
-        raise OptionError(
-            message("there is no such observer", where="--observer", got=text, expected="2 or 10")
-        )
-    return names[text]
+    return read_spectrum(text) if Path(text).suffix.lower() in SUFFIXES else text
 
 
-def _print(found: LampColour, name: str) -> None:
+def _print(shown: LampColour, name: str) -> None:
     def line(label: str, text: str) -> None:
         console.out.print(f"  {label + ':':<18}{text}", markup=False, highlight=False)
 
-    console.out.print(f"{swatch(found.srgb)} ", end="")
+    console.out.print(f"{swatch(shown.srgb)} ", end="")
     console.out.print(name, markup=False, highlight=False)
-    line("light", found.lamp)
-    line("observer", found.observer)
+    line("light", shown.lamp)
+    line("observer", shown.observer)
     for label, xyz, lab in (
-        ("total", found.xyz, found.lab),
-        ("reflected part", found.xyz_reflected, found.lab_reflected),
+        ("total", shown.xyz, shown.lab),
+        ("reflected part", shown.xyz_reflected, shown.lab_reflected),
     ):
         line(label, f"XYZ {_three(xyz, 2)}   L*a*b* {_three(lab, 2)}")
-    share = f"{100 * found.luminescent_share:.1f} % of the luminance"
-    line("luminescent part", f"XYZ {_three(found.xyz_luminescent, 2)}   {share}")
-    fits = "" if found.in_gamut else ", dimmed or desaturated to fit into sRGB"
-    line("sRGB", f"{hexadecimal(found.srgb)}, eye adapted to the light{fits}")
-    white = found.whiteness
+    share = f"{100 * shown.luminescent_share:.1f} % of the luminance"
+    line("luminescent part", f"XYZ {_three(shown.xyz_luminescent, 2)}   {share}")
+    fits = "" if shown.in_gamut else ", dimmed or desaturated to fit into sRGB"
+    line("sRGB", f"{hexadecimal(shown.srgb)}, eye adapted to the light{fits}")
+    white = shown.whiteness
     if white.valid:
         line("CIE whiteness", f"{white.whiteness:.1f}, tint {white.tint:.1f}")
     else:
@@ -143,13 +131,13 @@ def _three(values: object, digits: int) -> str:
     return " ".join(f"{value:.{digits}f}" for value in np.asarray(values).round(digits) + 0.0)  # no "-0.00"
 
 
-def _write(found: LampColour, path: Path) -> None:
+def _write(shown: LampColour, path: Path) -> None:
     """Write radiance factors as a table; empty cells where the lamp is dark."""
     columns = {
-        "wavelength": found.grid.values,
-        "light": found.light,
-        "reflected": found.reflected_factor,
-        "luminescent": found.luminescent_factor,
-        "total": found.radiance_factor,
+        "wavelength": shown.grid.values,
+        "light": shown.light,
+        "reflected": shown.reflected_factor,
+        "luminescent": shown.luminescent_factor,
+        "total": shown.radiance_factor,
     }
-    write_columns(path, f"light: {found.lamp}", columns)
+    write_columns(path, f"light: {shown.lamp}", columns)

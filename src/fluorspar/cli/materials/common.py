@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 from numpy.typing import ArrayLike
 
+from fluorspar.cli import console
 from fluorspar.files.writing import replacing
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def _bytes(rgb: ArrayLike) -> list[int]:
 
 
 def write_columns(path: Path, about: str, columns: Mapping[str, ArrayLike]) -> None:
-    """Write a table with a comment line above it; cells that are NaN stay empty.
+    """Write a table with a comment line above it, and say so; cells that are NaN stay empty.
 
     Raises
     ------
@@ -72,10 +73,11 @@ def write_columns(path: Path, about: str, columns: Mapping[str, ArrayLike]) -> N
         lines.append(",".join("" if np.isnan(value) else f"{value:.6g}" for value in row))
     with replacing(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    console.out.print(f"wrote {path}", markup=False, highlight=False)
 
 
 def write_plot(figure: Figure, path: Path) -> None:
-    """Write a figure; what was there before stays if that fails.
+    """Write a figure, and say so; what was there before stays if that fails.
 
     Raises
     ------
@@ -87,3 +89,4 @@ def write_plot(figure: Figure, path: Path) -> None:
     kind = path.suffix.lower()
     with replacing(path) as temporary:
         figure.savefig(temporary, format=kind[1:], dpi=200, metadata=metadata[kind])
+    console.out.print(f"wrote {path}", markup=False, highlight=False)

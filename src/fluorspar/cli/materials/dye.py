@@ -55,21 +55,21 @@ def dye(
         raise OptionError(message(fault, where="--units", got=units, expected=expected))
     check_material_target(output, excitation, emission, *material_files(substrate, library or []))
     try:
-        dyed: float | str = float(substrate)
+        base: float | str = float(substrate)
     except ValueError:
-        dyed = substrate
-    made = read_dye(
+        base = substrate
+    dyed = read_dye(
         excitation,
         emission,
         quantum_yield,
         strength,
         units=cast("Units | None", units),
-        substrate=material(dyed, library or []) if isinstance(dyed, str) else dyed,
+        substrate=material(base, library or []) if isinstance(base, str) else base,
         name=output.stem,
         description=description,
         credit=credit,
     )
-    made.on(WIDE)  # refuses what is impossible before it is written
-    write_material(output, made)
-    console.out.print(repr(made), markup=False, highlight=False)
+    dyed.on(WIDE)  # refuses what is impossible before it is written
+    write_material(output, dyed)
+    console.out.print(repr(dyed), markup=False, highlight=False)
     console.out.print(f"wrote {output}", markup=False, highlight=False)

@@ -52,9 +52,9 @@ def fit(
     Example:  fluorspar materials fit sheet.bfc -o my-paint.csv --rank 1
     """
     from fluorspar.bispectral.files.material_csv import write_material
+    from fluorspar.bispectral.files.registry import read_matrix
     from fluorspar.bispectral.fit.fit import fit_material
     from fluorspar.bispectral.fit.report import fit_quality, report_fit
-    from fluorspar.bispectral.library import read_matrix
     from fluorspar.bispectral.resampling import resampled
 
     if rank is not None and not 0 <= rank <= _MOST:
@@ -65,7 +65,7 @@ def fit(
     grid = None if wavelengths is None else Wavelengths.parse(wavelengths)
     measured = read_matrix(file)
     with console.err.status(f"fitting {file}"):
-        found = fit_material(
+        result = fit_material(
             measured,
             rank,
             name=name or output.stem,
@@ -73,23 +73,23 @@ def fit(
             description=description,
             credit=credit,
         )
-        made = found.material if grid is None else resampled(found.material, grid)
-        coarse, fine = (report_fit(found.measured, made, step) for step in (measured.step, measured.step / 2))
-    quality = fit_quality(found, coarse, fine)
-    if found.rank and not made.fluorophores:
+        written = result.material if grid is None else resampled(result.material, grid)
+        steps = (measured.step, measured.step / 2)
+        coarse, fine = (report_fit(result.measured, written, step) for step in steps)
+    quality = fit_quality(result, coarse, fine)
+    if result.rank and not written.fluorophores:
         quality = f"the luminescence of the measurement lies outside {grid}"
-    _warn_of_range(found.material, measured, grid)
-    found = replace(found, material=replace(made, quality=quality))
-    write_material(output, found.material)
-    console.out.print(repr(found.material), markup=False, highlight=False)
+    _warn_of_range(result.material, measured, grid)
+    written = replace(written, quality=quality)
+    write_material(output, written)
+    console.out.print(repr(written), markup=False, highlight=False)
     console.out.print(f"wrote {output}", markup=False, highlight=False)
     text = f"name it as {output}, or as {output.stem} with --library {output.parent}"
     console.out.print(text, markup=False, highlight=False)
     if plot is not None:
         from fluorspar.figures.materials import fit_figure
 
-        write_plot(fit_figure(found), plot)
-        console.out.print(f"wrote {plot}", markup=False, highlight=False)
+        write_plot(fit_figure(replace(result, material=written)), plot)
 
 
 def _support(grid: Wavelengths | None, measured: MeasuredMatrix) -> tuple[float, float]:

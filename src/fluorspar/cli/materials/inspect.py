@@ -48,7 +48,8 @@ def inspect(
 
     Example:  fluorspar materials inspect sheet.bfc --plot sheet.png --yields yields.csv
     """
-    from fluorspar.bispectral.library import find_matrix, material
+    from fluorspar.bispectral.files.registry import SUFFIXES, find_matrix
+    from fluorspar.bispectral.library import material
     from fluorspar.bispectral.material import Material
 
     check_plot(plot)
@@ -56,33 +57,32 @@ def inspect(
     if yields is not None:
         check_target(yields)
         check_not_input(yields, *material_files(file, library or []))
-    if path.is_file() and path.suffix.lower() not in (".bfc", ".csv"):
+    is_file = path.suffix.lower() in SUFFIXES
+    if path.is_file() and not is_file:
         fault, fix = "the suffix names no kind of material file", "rename the file"
-        raise OptionError(message(fault, where=file, expected=".bfc or .csv", fix=fix))
-    measured = find_matrix(path) if path.suffix.lower() in (".bfc", ".csv") else None
+        raise OptionError(message(fault, where=file, expected=" or ".join(SUFFIXES), fix=fix))
+    measured = find_matrix(path) if is_file else None
+    best = None
     if measured is None:
-        made, chosen = material(file, library or []), None
-        colours = _colours(made)
-        console.out.print(repr(made), markup=False, highlight=False)
-        _yields(made)
-        console.out.print(colours)
+        sample = material(file, library or [])
+        colours = _colours(sample)
+        console.out.print(repr(sample), markup=False, highlight=False)
+        _yields(sample)
     else:
         with console.err.status("fitting") as status:
             fits = _fits(measured, path, status.update)
-        chosen = fits[0].fit
-        made = Material.from_matrix(path.stem, measured)
-        colours = _colours(made, chosen.material)  # before anything is printed: it may find faults
-        _describe(measured, path, chosen)
+        best = fits[0]
+        sample = Material.from_matrix(path.stem, measured)
+        colours = _colours(sample, best.fit.material)  # before anything is printed: it may find faults
+        _describe(measured, path, best.fit)
         console.out.print(_qualities(fits))
-        console.out.print(colours)
+    console.out.print(colours)
     if yields is not None:
-        _write_yields(yields, made, None if chosen is None else fits[0].coarse)
-        console.out.print(f"wrote {yields}", markup=False, highlight=False)
+        _write_yields(yields, sample, None if best is None else best.coarse)
     if plot is not None:
         from fluorspar.figures.materials import fit_figure, material_figure
 
-        write_plot(material_figure(made) if chosen is None else fit_figure(chosen), plot)
-        console.out.print(f"wrote {plot}", markup=False, highlight=False)
+        write_plot(material_figure(sample) if best is None else fit_figure(best.fit), plot)
 
 
 class _Fit(NamedTuple):
@@ -103,17 +103,17 @@ def _fits(measured: MeasuredMatrix, path: Path, tell: Callable[[str], None]) -> 
     from fluorspar.bispectral.fit.fit import fit_material
     from fluorspar.bispectral.fit.report import report_fit
 
-    found: list[_Fit] = []
+    fits: list[_Fit] = []
     for rank in (None, 1, 2):
         tell(f"fitting {rank or 'as many'} fluorophores")
         fit = fit_material(measured, rank, name=path.stem)
-        if rank is None or (found[0].fit.rank and rank != found[0].fit.rank):
+        if rank is None or (fits[0].fit.rank and rank != fits[0].fit.rank):
             steps = (measured.step, measured.step / 2)
-            found.append(_Fit(rank, fit, *(report_fit(fit.measured, fit.material, step) for step in steps)))
-    return found
+            fits.append(_Fit(rank, fit, *(report_fit(fit.measured, fit.material, step) for step in steps)))
+    return fits
 
 
-def _describe(measured: MeasuredMatrix, path: Path, chosen: MaterialFit) -> None:
+def _describe(measured: MeasuredMatrix, path: Path, fit: MaterialFit) -> None:
     """Print what a matrix is and its checks."""
     import numpy as np
 
@@ -125,7 +125,7 @@ def _describe(measured: MeasuredMatrix, path: Path, chosen: MaterialFit) -> None
     shift = em[:, None] - ex[None, :]
     cells = h * measured.density
     above, below = float(cells[shift < -1e-6].sum()), float(cells[shift > 1e-6].sum())
-    rows = "rows are emission" if chosen.rank else "not known without luminescence"
+    rows = "rows are emission" if fit.rank else "not known without luminescence"
     _line("orientation", f"{rows}: {below:.3g} below the diagonal, {above:.3g} above")
     S = measured.reflectance
     _line(
@@ -139,7 +139,7 @@ def _describe(measured: MeasuredMatrix, path: Path, chosen: MaterialFit) -> None
         reflected = S.support[0] <= ex[worst] <= S.support[1]
         counted = "what is reflected included" if reflected else "reflectance not measured there"
         _line(label, f"at most {values[worst]:.3f}, at {ex[worst]:g} nm; {counted}")
-    noise = chosen.noise
+    noise = fit.noise
     _line(
         "noise",
         f"{noise.white:.4f} per cell, {noise.near:.4f} beside the diagonal, {noise.offset:.4f} per column",
@@ -152,7 +152,7 @@ def _describe(measured: MeasuredMatrix, path: Path, chosen: MaterialFit) -> None
         )
     _line(
         "fluorophores",
-        f"{chosen.rank}, as the data call for" if chosen.rank else "none: no luminescence beyond noise",
+        f"{fit.rank}, as the data call for" if fit.rank else "none: no luminescence beyond noise",
     )
 
 
@@ -175,10 +175,10 @@ def _qualities(fits: list[_Fit]) -> Table:
     return table
 
 
-def _write_yields(path: Path, made: Material, report: FitReport | None) -> None:
+def _write_yields(path: Path, sample: Material, report: FitReport | None) -> None:
     """Write yields by excitation wavelength: of a material, or of a fit and of the measurement."""
     if report is None:
-        D = _wide(made)
+        D = _wide(sample)
         columns = {
             "excitation": D.wavelengths.values,
             "photon_yield": D.photon_yield(),
@@ -196,24 +196,24 @@ def _write_yields(path: Path, made: Material, report: FitReport | None) -> None:
     write_columns(path, about, columns)
 
 
-def _yields(made: Material) -> None:
-    D = _wide(made)
+def _yields(sample: Material) -> None:
+    D = _wide(sample)
     for label, values in (("photon yield", D.photon_yield()), ("energy yield", D.energy_yield())):
         worst = int(values.argmax())
         _line(label, f"at most {values[worst]:.3f}, at {D.wavelengths.values[worst]:g} nm; S included")
 
 
-def _wide(made: Material) -> DonaldsonMatrix:
+def _wide(sample: Material) -> DonaldsonMatrix:
     """The matrix of a material from the ultraviolet on; what it assumes there is told by its description."""
     from fluorspar.bispectral.lamp import WIDE
     from fluorspar.errors import ExtrapolationWarning
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExtrapolationWarning)
-        return made.on(WIDE)
+        return sample.on(WIDE)
 
 
-def _colours(made: Material, fitted: Material | None = None) -> Table:
+def _colours(sample: Material, fitted: Material | None = None) -> Table:
     """Colours under several lights; of measurement and fit if there are both."""
     from rich.table import Table
 
@@ -229,7 +229,7 @@ def _colours(made: Material, fitted: Material | None = None) -> Table:
     for lamp, cut in _LIGHTS:
         with warnings.catch_warnings():  # said once, in words, above
             warnings.simplefilter("ignore", ExtrapolationWarning)
-            seen = colour_under_lamp(made, lamp, uv_cut=cut)
+            seen = colour_under_lamp(sample, lamp, uv_cut=cut)
             other = None if fitted is None else colour_under_lamp(fitted, lamp, uv_cut=cut)
         cells = [f"{value:.1f}" for value in seen.lab.round(1) + 0.0]
         light = lamp if cut is None else f"{lamp} above {cut:g} nm"

@@ -37,28 +37,26 @@ def list_materials(
     table = Table("", "name", "fluoresces, nm", "description", box=None, pad_edge=False)
     for name in materials(folders):
         try:
-            made = material(name, folders)
+            listed = material(name, folders)
             with warnings.catch_warnings():  # `show` says what is assumed and adjusted; a list has no room
                 warnings.simplefilter("ignore", FluorsparWarning)
-                rgb = colour_under_lamp(made, "D65").srgb
+                rgb = colour_under_lamp(listed, "D65").srgb
         except FluorsparError as err:  # one file that is no material must not hide the others
             table.add_row("", Text(name), "", Text(str(err).splitlines()[0], style="red"))
             continue
-        words = "\n".join(part for part in (made.description, made.credit if credit else "") if part)
-        table.add_row(swatch(rgb), Text(name), _peaks(made), Text(words))
+        words = "\n".join(part for part in (listed.description, listed.credit if credit else "") if part)
+        table.add_row(swatch(rgb), Text(name), _peaks(listed), Text(words))
     console.out.print(table)
 
 
-def _peaks(made: Material) -> str:
-    """Excitation and emission peak of the strongest fluorophore."""
-    if not made.fluorescent:
+def _peaks(listed: Material) -> str:
+    """Excitation and emission peak of the strongest fluorophore, or of a measured matrix."""
+    if not listed.fluorescent:
         return ""
-    if made.matrix is not None:
-        matrix = made.matrix
+    if (matrix := listed.matrix) is not None:
         i, j = divmod(int(matrix.density.argmax()), matrix.density.shape[1])
         return f"{matrix.excitation[j]:.0f} → {matrix.emission[i]:.0f}"
-    if not made.fluorophores:
+    if not listed.fluorophores:
         return "yes"
-    dye = max(made.fluorophores, key=lambda one: one.emission.integral())
-    a, b = (s.wavelengths[s.values.argmax()] for s in (dye.excitation, dye.emission))
-    return f"{a:.0f} → {b:.0f}"
+    dye = max(listed.fluorophores, key=lambda one: one.emission.integral())
+    return f"{dye.excitation.peak:.0f} → {dye.emission.peak:.0f}"

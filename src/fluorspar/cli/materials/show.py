@@ -18,10 +18,9 @@ def show(name: MaterialArgument, plot: PlotOption = None, library: LibraryOption
     from fluorspar.bispectral.library import material
 
     check_plot(plot)
-    made = material(name, library or [])
-    console.out.print(repr(made), markup=False, highlight=False)
+    shown = material(name, library or [])
+    console.out.print(repr(shown), markup=False, highlight=False)
     if plot is not None:
         from fluorspar.figures.materials import material_figure
 
-        write_plot(material_figure(made), plot)
-        console.out.print(f"wrote {plot}", markup=False, highlight=False)
+        write_plot(material_figure(shown), plot)
