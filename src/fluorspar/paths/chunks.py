@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Generator
 
 import numpy as np
@@ -13,7 +14,9 @@ from fluorspar.scene.variants import TRACE_VARIANTS, usable_cores, use_variant
 
 __all__ = ["CHUNK", "trace_chunks"]
 
-CHUNK = 1 << 20  # paths traced at a time; a constant, because the random numbers of a pixel depend on it
+CHUNK = 1 << 19  # paths traced at a time; a constant, because the random numbers of a pixel depend on it
+
+_AHEAD = 2  # chunks that wait to be traced, so that no core does while the last paths of one are traced
 
 
 def trace_chunks(job: RenderJob) -> Generator[Chunk]:
@@ -27,7 +30,7 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
     Yields
     ------
     Chunk
-        Row by row from the top left. While the caller works on it, the next one is being traced.
+        Row by row from the top left. While the caller works on it, the next ones are being traced.
     """
     import drjit as dr
 
@@ -43,11 +46,11 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
         dr.set_thread_count(job.threads or usable_cores())
         try:
             tracer = Tracer(build_trace_scene(job.scene), settings, _survival(job), job.seed)
-            started = tracer.start(0, *runs[0])
+            begun = deque(tracer.start(number, *run) for number, run in enumerate(runs[:_AHEAD]))
             for number in range(len(runs)):
-                chunk = tracer.finish(started)
-                if number + 1 < len(runs):
-                    started = tracer.start(number + 1, *runs[number + 1])
+                chunk = tracer.finish(begun.popleft())
+                if number + _AHEAD < len(runs):
+                    begun.append(tracer.start(number + _AHEAD, *runs[number + _AHEAD]))
                 yield chunk
         finally:
             dr.set_thread_count(threads_before)

@@ -79,7 +79,7 @@ class LightPaths:
         --------
         >>> import fluorspar
         >>> paths = fluorspar.trace("cornell-box", size=(16, 16), spp=4)
-        >>> paths.image(wavelengths="400:700:100").wavelengths.tolist()
+        >>> paths.image(wavelengths="400:700:100").dataset.wavelength.values.tolist()
         [400.0, 500.0, 600.0, 700.0]
         """
         job = replace(

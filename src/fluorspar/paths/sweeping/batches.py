@@ -14,11 +14,12 @@ import numpy as np
 
 from fluorspar.image.components import COMPONENTS
 
-__all__ = ["COMPONENT_COUNT", "TOTAL", "batch_count", "count", "new_tally", "store"]
+__all__ = ["COMPONENT_COUNT", "TOTAL", "Tally", "batch_count", "count", "new_tally", "store"]
 
 COMPONENT_COUNT = len(COMPONENTS)
 TOTAL = COMPONENT_COUNT  # index behind the components, for the tally of the total
-_MOST_BATCHES = 32
+_BATCHES = 32
+_LARGEST = 256  # samples of a batch: in single precision longer sums lose small terms
 
 
 def batch_count(spp: int) -> int:
@@ -26,10 +27,10 @@ def batch_count(spp: int) -> int:
 
     Examples
     --------
-    >>> batch_count(1024), batch_count(20), batch_count(4)
-    (32, 20, 4)
+    >>> batch_count(4), batch_count(20), batch_count(1024), batch_count(65536)
+    (4, 20, 32, 256)
     """
-    return min(spp, _MOST_BATCHES)
+    return min(spp, max(_BATCHES, -(-spp // _LARGEST)))
 
 
 class Tally(NamedTuple):
@@ -44,7 +45,6 @@ class Tally(NamedTuple):
     squares: Any
 
 
-@numba.njit(inline="always")
 def new_tally(width: int) -> Any:
     return Tally(
         np.zeros((COMPONENT_COUNT + 1, width), dtype=np.float32),

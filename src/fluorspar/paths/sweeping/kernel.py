@@ -12,9 +12,11 @@ import inspect
 import zlib
 from collections.abc import Callable
 from functools import cache
+from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from fluorspar.paths import log as log_module
 from fluorspar.paths.log import BLOCK
@@ -22,24 +24,47 @@ from fluorspar.paths.sweeping import batches as batches_module
 from fluorspar.paths.sweeping import camera_vertex as camera_vertex_module
 from fluorspar.paths.sweeping import luminesce as luminesce_module
 from fluorspar.paths.sweeping import propagate as propagate_module
-from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, TOTAL, count, new_tally, store
+from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, TOTAL, Tally, count, new_tally, store
 from fluorspar.paths.sweeping.camera_vertex import (
+    Pixel,
     add_source,
     close_batch,
     close_pixel,
     collect,
-    flush,
     new_pixel,
 )
-from fluorspar.paths.sweeping.propagate import new_path, propagate, read_path
+from fluorspar.paths.sweeping.propagate import Path, new_path, propagate, read_path
 
-__all__ = ["compiled"]
+__all__ = ["compiled", "new_scratch"]
 
-_VERTICES = 32  # of a path that there is room for, for each material row of a pixel that there is room for
-_FLUSH = 256  # samples that are summed in single precision
+_VERTICES = 32
 
 # Sums may be reordered for SIMD; NaN and infinity keep their meaning.
 _FAST = {"reassoc", "contract", "nsz", "arcp"}
+
+
+class Scratch(NamedTuple):
+    """What a sweep works in: it allocates nothing itself, and so has no references to count.
+
+    `y` (7, B) and `total` (B,) are the light towards the camera of a batch, by component and in all.
+    """
+
+    path: Path
+    pixel: Pixel
+    tally: Tally
+    y: NDArray[np.float32]
+    total: NDArray[np.float32]
+
+
+def new_scratch(rows: int, width: int, room: int) -> Scratch:
+    """Scratch for pixels that see up to `room` of the material rows, and paths of up to 32 times as many vertices."""
+    return Scratch(
+        new_path(_VERTICES * room, width),
+        new_pixel(rows, room, width),
+        new_tally(width),
+        np.zeros((COMPONENT_COUNT, width), dtype=np.float32),
+        np.zeros(width, dtype=np.float32),
+    )
 
 
 @cache
@@ -48,21 +73,18 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
 
     The function returned takes a range of pixels of a chunk, its samples, lanes per pixel and batches, the log (see
     `Log`, its entries flat), the `SpectralTables`, and the arrays (7, P, N), (P, N) and (7, P, N) or (7, 0, N) in which
-    pixel 0 of the chunk is pixel `at`. It returns the pixel that it did not do for lack of room, `stop` if it did all.
+    pixel 0 of the chunk is pixel `at`. It returns the pixel that it did not do for lack of room in
+    the `Scratch`, `stop` if it did all.
     """
     version = _version()
 
-    @numba.njit(nogil=True, fastmath=_FAST, cache=True)
-    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, room):  # type: ignore[no-untyped-def]
+    # Without Numba's counting of references: it counts in the innermost loops, in memory that all threads share.
+    @numba.njit(nogil=True, fastmath=_FAST, cache=True, _nrt=False)
+    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
         _ = version  # a captured value is part of the key under which Numba keeps compiled code
-        path = new_path(_VERTICES * room, width)
-        pixel = new_pixel(tables.reflectance.shape[0], room, width)
-        tally = new_tally(width)
-        y = np.zeros((COMPONENT_COUNT, width), dtype=np.float32)
-        total = np.zeros(width, dtype=np.float32)
+        path, pixel, tally, y, total = scratch
         for p in range(first, stop):
             seen = 0
-            flushed = 0
             part = 0
             slot = np.int64(p * parts)
             entry = np.int64(0)
@@ -86,7 +108,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                         row = path.vertex[0, 0]
                         place = np.int64(pixel.place[row])
                         if place < 0:
-                            if seen == room:
+                            if seen == len(pixel.row):
                                 return p
                             place = np.int64(seen)
                             pixel.place[row] = seen
@@ -98,10 +120,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                 if component_errors:
                     for c in range(COMPONENT_COUNT):
                         count(tally, c, y[c], end - begin, b, width)
-                if end - flushed >= _FLUSH:
-                    flush(pixel, seen, width)
-                    flushed = end
-            close_pixel(pixel, seen, y, tables, flushed > 0, width)
+            close_pixel(pixel, seen, y, tables, width)
             store(at + p, y, tally, spp, batches, component_errors, radiance, error, errors)
         return stop
 

@@ -10,7 +10,7 @@ import numpy as np
 from fluorspar.paths.log import BLOCK, END
 from fluorspar.paths.sweeping.luminesce import luminesce
 
-__all__ = ["new_path", "propagate", "read_path"]
+__all__ = ["Path", "new_path", "propagate", "read_path"]
 
 
 class Path(NamedTuple):
@@ -28,7 +28,6 @@ class Path(NamedTuple):
     FG: Any
 
 
-@numba.njit(inline="always")
 def new_path(room: int, width: int) -> Any:
     """Room for a path of so many vertices."""
     return Path(

@@ -25,7 +25,7 @@ import numpy as np
 from fluorspar.image.pixels import Pixels
 from fluorspar.paths.log import ENTRIES, Chunk, lanes_per_pixel
 from fluorspar.paths.sweeping.batches import batch_count
-from fluorspar.paths.sweeping.kernel import compiled
+from fluorspar.paths.sweeping.kernel import compiled, new_scratch
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables
 
 __all__ = ["sweep"]
@@ -51,7 +51,8 @@ def sweep(chunk: Chunk, tables: SpectralTables, pool: Executor, out: Pixels, at:
         Pixel of `out` that the first one of the chunk becomes.
     """
     log, component_errors = chunk.log, out.component_standard_error is not None
-    kernel = compiled(tables.reflectance.shape[1], len(log.direct_light) == 0, component_errors)
+    rows, width = tables.reflectance.shape
+    kernel = compiled(width, len(log.direct_light) == 0, component_errors)
     flat = log._replace(**{name: getattr(log, name).reshape(-1) for name in ENTRIES})
     errors = out.component_standard_error if component_errors else out.radiance[:, :0]
 
@@ -59,8 +60,9 @@ def sweep(chunk: Chunk, tables: SpectralTables, pool: Executor, out: Pixels, at:
         samples = chunk.spp, lanes_per_pixel(chunk.spp), batch_count(chunk.spp)
         room = _ROOM
         while first < stop:
+            scratch = new_scratch(rows, width, room)
             first = kernel(
-                first, stop, *samples, flat, tables, out.radiance, out.standard_error, errors, at, room
+                first, stop, *samples, flat, tables, out.radiance, out.standard_error, errors, at, scratch
             )
             room *= 2  # for a pixel that sees more rows, or a path that is longer
 
