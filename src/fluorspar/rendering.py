@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fluorspar.staged.options import StagedOptions
     from fluorspar.staged.renderers.protocol import Renderer
 
-__all__ = ["render", "trace"]
+__all__ = ["render", "render_job", "trace"]
 
 
 def render(
@@ -146,6 +146,24 @@ def render(
         threads=threads,
         options=staged,
     )
+    return render_job(job, output=output, progress=progress, renderer=renderer)
+
+
+def render_job(
+    job: RenderJob,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+    renderer: Renderer | None = None,
+) -> SpectralImage:
+    """Render a job, which may come from another process; see `render`.
+
+    Examples
+    --------
+    >>> job = RenderJob.of("cornell-box", size=(16, 16), spp=4, wavelengths="400:700:100")
+    >>> render_job(job).dataset.sizes["wavelength"]
+    4
+    """
     if job.method == "paths":
         from fluorspar.paths.chunks import trace_chunks
         from fluorspar.paths.render import render_chunks

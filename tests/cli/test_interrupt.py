@@ -15,6 +15,7 @@ from command_line import GOOD, OLD, QUICK, CommandLine
 
 from fluorspar import SpectralImage
 from fluorspar.cli import console
+from fluorspar.paths.chunks import CHUNK
 from fluorspar.progress import Progress
 
 PER_CHUNK = 16  # pixels, of 64
@@ -23,7 +24,7 @@ PER_CHUNK = 16  # pixels, of 64
 @pytest.fixture
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Render 16 of the 64 pixels at a time."""
-    monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", PER_CHUNK * 4)
+    monkeypatch.setitem(CHUNK, "llvm", PER_CHUNK * 4)
 
 
 def stop_at(pixels: int, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,6 +22,7 @@ from fluorspar import (
     trace,
 )
 from fluorspar.errors import FluorsparWarning, OptionError
+from fluorspar.paths.chunks import CHUNK
 from fluorspar.paths.log import BLOCK, END, Chunk, lanes_per_pixel
 from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
@@ -163,7 +164,7 @@ class TestPixels:
     ) -> None:
         """y = 0 is the top row, x goes to the right; chunks of 1, 3, 7 or all pixels; 20 lights, each its
         own row."""
-        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", chunk)
+        monkeypatch.setitem(CHUNK, "llvm", chunk)
         calls: list[tuple[int, int]] = []
         image = render(self.checks(tmp_path), wavelengths=GRID, progress=lambda *done: calls.append(done))
         expected = np.arange(1, 21, dtype=np.float32).reshape(4, 5)
@@ -172,7 +173,7 @@ class TestPixels:
         assert calls == [(min(20, n), 20) for n in range(pixels, 20 + pixels, pixels)]
 
     def test_more_samples_than_a_chunk_holds(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 4)
+        monkeypatch.setitem(CHUNK, "llvm", 4)
         assert render(self.checks(tmp_path, spp=8), wavelengths=GRID).total().values[3, 4, 0] == 20
 
     def test_chunks_are_independent_samples(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,7 +186,7 @@ class TestPixels:
             <shape type="rectangle"> <transform name="to_world">
             <scale x="9" y="9"/> </transform> </shape> </scene>"""
         )
-        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 18)
+        monkeypatch.setitem(CHUNK, "llvm", 16 * 18)
         values = render(tmp_path / "scene.xml", spp=16, wavelengths=GRID).total().values[..., 0]
         assert values.std() > 0.01
         # 18 pairs: a correlation of 0.8 is beyond chance (p < 1e-4), and the same noise has 1
@@ -231,7 +232,7 @@ class TestLightPaths:
     """Light paths that are kept give the images of `render` and others."""
 
     def test_the_image_of_render(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
+        monkeypatch.setitem(CHUNK, "llvm", 16 * 10)
         options: dict[str, Any] = {"spp": 20, "seed": 4, "wavelengths": GRID}
         calls: list[tuple[int, int]] = []
         paths = trace(furnace(tmp_path), **options, progress=lambda *done: calls.append(done))
@@ -368,7 +369,7 @@ class TestInterrupted:
         assert np.isnan(error[30:]).all()
 
     def test_in_memory(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
+        monkeypatch.setitem(CHUNK, "llvm", 16 * 10)
         whole = render(furnace(tmp_path), wavelengths=GRID, seed=3).total().values
         with pytest.warns(FluorsparWarning, match="30 of 63 pixels"):
             image = render(furnace(tmp_path), wavelengths=GRID, seed=3, progress=self.stop)
@@ -376,14 +377,14 @@ class TestInterrupted:
         assert np.array_equal(image.total().values.reshape(63, -1)[:30], whole.reshape(63, -1)[:30])
 
     def test_streamed(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
+        monkeypatch.setitem(CHUNK, "llvm", 16 * 10)
         with pytest.warns(FluorsparWarning, match="30 of 63 pixels"):
             render(furnace(tmp_path), wavelengths=GRID, progress=self.stop, output=tmp_path / "a.nc").close()
         with SpectralImage.open(tmp_path / "a.nc") as image:
             self.check(image)
 
     def test_rendering_goes_on_after_it(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
+        monkeypatch.setitem(CHUNK, "llvm", 16 * 10)
         with pytest.warns(FluorsparWarning):
             render(furnace(tmp_path), wavelengths=GRID, progress=self.stop)
         assert np.isfinite(render(furnace(tmp_path), wavelengths=GRID).total().values).all()
@@ -391,7 +392,7 @@ class TestInterrupted:
 
 class TestStreaming:
     def test_file_and_memory_are_the_same(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 16 * 10)
+        monkeypatch.setitem(CHUNK, "llvm", 16 * 10)
         memory = render(furnace(tmp_path), wavelengths=GRID, component_errors=True)
         with render(
             furnace(tmp_path), wavelengths=GRID, component_errors=True, output=tmp_path / "a.nc"

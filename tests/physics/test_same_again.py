@@ -22,6 +22,7 @@ from lab import bell, furnace, paint, write
 import fluorspar
 from fluorspar import COMPONENTS, SpectralImage, Wavelengths, load_scene, render
 from fluorspar.errors import SceneError
+from fluorspar.paths.chunks import CHUNK
 from fluorspar.scene.scene import Scene
 
 GRID = Wavelengths(400, 700, 20)
@@ -56,7 +57,7 @@ def test_another_seed_is_another_image(images: dict[str, SpectralImage]) -> None
 
 
 def test_chunks_are_the_same_for_any_number_of_threads(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fluorspar.paths.chunks.CHUNK", 5000)
+    monkeypatch.setitem(CHUNK, "llvm", 5000)
     one, two = (
         render(scene, wavelengths=GRID, seed=11, threads=n).dataset["radiance"].values for n in (1, 2)
     )

@@ -14,7 +14,9 @@ from fluorspar.scene.variants import TRACE_VARIANTS, usable_cores, use_variant
 
 __all__ = ["CHUNK", "trace_chunks"]
 
-CHUNK = 1 << 19  # paths traced at a time; a constant, because the random numbers of a pixel depend on it
+# Paths traced at a time; constants, because the random numbers of a pixel depend on them. A small chunk stays in a
+# processor's caches, a large one keeps a GPU busy: 2^21 instead of 2^19 halves the time of tracing on an H200.
+CHUNK = {"llvm": 1 << 19, "cuda": 1 << 21}
 
 _AHEAD = 2  # chunks that wait to be traced, so that no core does while the last paths of one are traced
 
@@ -39,7 +41,7 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
 
     settings = job.scene.settings
     pixels = settings.width * settings.height
-    per_chunk = max(1, CHUNK // settings.spp)
+    per_chunk = max(1, CHUNK[job.variant] // settings.spp)
     runs = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
     threads_before = dr.thread_count()
     with use_variant(TRACE_VARIANTS[job.variant]):
