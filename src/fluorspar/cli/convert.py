@@ -76,7 +76,7 @@ def convert(
         ):
             console.warning(f"{text_of(source)}: {ASSUMED}")
         if kind == ".png":
-            write_png(result, target, white=None if white is None else white_of(white))
+            write_png(result.dataset, target, white=None if white is None else white_of(white))
         else:
             result.save(target)
         if kind == ".hdr" and len(result.components) > 1:

@@ -25,7 +25,7 @@ def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path 
         console.out.print(f"wrote {path}", markup=False, highlight=False)
     if pictures is not None:
         with console.err.status(f"writing pictures into {pictures}"):
-            write_pictures(image, pictures)
+            write_pictures(image.dataset, pictures)
         console.out.print(
             f"wrote a picture of every component into {pictures}", markup=False, highlight=False
         )

@@ -171,7 +171,7 @@ class SpectralImage:
             return
         from fluorspar.image.display.picture import write_png
 
-        write_png(self, path)
+        write_png(self.dataset, path)
 
     def load(self) -> SpectralImage:
         """Read all of the image into memory; return it."""
@@ -460,7 +460,7 @@ class SpectralImage:
     def _repr_png_(self) -> bytes:
         from fluorspar.image.display.picture import png_bytes, thumbnail
 
-        return png_bytes(thumbnail(self))
+        return png_bytes(thumbnail(self.dataset))
 
 
 def _labelled(values: NDArray[Any], dim: str, labels: list[str], long_name: str, units: str) -> xr.DataArray:

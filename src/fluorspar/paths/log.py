@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Material
 
-__all__ = ["BLOCK", "END", "Chunk", "Log", "lanes_per_pixel"]
+__all__ = ["BLOCK", "END", "ENTRIES", "Chunk", "Log", "lanes_per_pixel"]
 
 BLOCK = 16  # lanes whose entries lie side by side in memory, so that all lanes of a register write one line
 END = 0xFFFFFFFF  # `row` of an entry whose ray has met no surface that light leaves again
@@ -71,8 +71,15 @@ class Log(NamedTuple):
         return self._replace(strips=np.stack([ends - heights, ends], axis=1), **entries)
 
 
-ENTRIES = ("sampled", "row", "direct", "weight", "sampled_light", "direct_light")
-"""The fields of `Log` that have a value for each entry."""
+ENTRIES: dict[str, type[np.float32 | np.uint32]] = {
+    "sampled": np.float32,
+    "row": np.uint32,
+    "direct": np.float32,
+    "weight": np.float32,
+    "sampled_light": np.uint32,
+    "direct_light": np.uint32,
+}
+"""The fields of `Log` that have a value for each entry, and their types."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +88,13 @@ class Chunk:
 
     Attributes
     ----------
-    first_pixel, pixels
+    first_pixel, pixels : int
         Range of pixels, numbered row by row from the top left.
-    spp
+    spp : int
         Samples per pixel, divided evenly among `lanes_per_pixel(spp)` lanes.
-    log
+    log : Log
         Lane l of the p-th pixel of the chunk is slot p x lanes_per_pixel(spp) + l.
-    materials
+    materials : tuple of Material
         Rows that the chunk brings along, behind those of the scene's material table.
     """
 

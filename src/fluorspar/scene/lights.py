@@ -11,7 +11,7 @@ from fluorspar.scene.nodes import label
 from fluorspar.scene.plugin_spectra import SpatialVariation, average_light, plugin_spectrum
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["LIGHTS", "Light", "read_light"]
+__all__ = ["LIGHTS", "Light", "give_spectrum", "read_light", "spectrum_property"]
 
 LIGHTS = {
     "area": ("radiance", "W m-2 sr-1 nm-1"),
@@ -20,7 +20,7 @@ LIGHTS = {
     "spot": ("intensity", "W sr-1 nm-1"),
     "directional": ("irradiance", "W m-2 nm-1"),
 }
-"""Emitter plugins, the property that holds their spectrum, and its unit."""
+"""Emitter plugins, the property that holds their spectrum, and its unit. Another kind of light needs a row here."""
 
 _DEFAULT = 1.0  # Mitsuba's, where a scene gives no spectrum
 _AVERAGED = ("envmap", "sunsky")  # environments that `matte` turns into a constant one
@@ -49,6 +49,29 @@ class Light:
     spectrum: Spectrum
     unit: str
     node: int
+
+
+def spectrum_property(light: Light) -> str:
+    """Name of the property that holds a light's spectrum when it is rendered."""
+    return LIGHTS.get(light.plugin, LIGHTS["constant"])[0]
+
+
+def give_spectrum(props: Any, light: Light, spectrum: Any) -> None:
+    """Give a light another spectrum; one that is rendered as its average becomes a `constant` light.
+
+    Parameters
+    ----------
+    props : mitsuba.Properties
+        Those of its node, to be changed.
+    light : Light
+    spectrum : float or mitsuba.ScalarColor3f
+        What Mitsuba takes as a spectrum in the variant that is set.
+    """
+    if light.plugin not in LIGHTS:
+        for key in list(props.keys()):
+            del props[key]
+        props.set_plugin_name("constant")
+    props[spectrum_property(light)] = spectrum
 
 
 def read_light(state: Any, index: int, where: str, *, matte: bool) -> Light:

@@ -29,7 +29,7 @@ class TestPng:
         np.testing.assert_allclose(pixels_of(tmp_path / "a.png"), image.srgb() * 255, atol=0.51)
 
     def test_of_a_component_at_a_given_exposure(self, image, tmp_path):
-        write_png(image, tmp_path / "a.png", "luminescent", exposure=1e-4)
+        write_png(image.dataset, tmp_path / "a.png", "luminescent", exposure=1e-4)
         expected = image.srgb("luminescent", exposure=1e-4) * 255
         np.testing.assert_allclose(pixels_of(tmp_path / "a.png"), expected, atol=0.51)
 
@@ -50,16 +50,16 @@ class TestPng:
 
 class TestThumbnail:
     def test_a_small_image_keeps_its_pixels(self, image):
-        assert thumbnail(image).shape == (12, 20, 3)
+        assert thumbnail(image.dataset).shape == (12, 20, 3)
 
     def test_a_large_one_is_made_smaller(self, make_image):
-        assert thumbnail(make_image(height=90, width=300), longest=100).shape == (30, 100, 3)
+        assert thumbnail(make_image(height=90, width=300).dataset, longest=100).shape == (30, 100, 3)
 
 
 class TestContactSheet:
     def test_exposures_are_powers_of_two_of_that_of_the_total(self, make_image):
         """Component k + 1 is roughly a quarter of component k, so each needs about two stops more."""
-        tiles = picture._tiles(make_image(height=30, width=30))
+        tiles = picture._tiles(make_image(height=30, width=30).dataset)
         factors = {
             tile.name: float(tile.note.split("×")[1].split(",")[0])
             for tile in tiles
@@ -71,34 +71,34 @@ class TestContactSheet:
         assert (np.diff(stops) >= 1).all()
 
     def test_a_lamp_is_shown_darker_not_clipped(self, image):
-        source = next(tile for tile in picture._tiles(image) if tile.name == "source")
+        source = next(tile for tile in picture._tiles(image.dataset) if tile.name == "source")
         assert "exposure × 1/" in source.note
         assert source.picture.max() < 255
 
     def test_every_tile_is_well_exposed(self, make_image):
         """Between half of the end of the scale, which is 188 of 255 in sRGB, and the end."""
-        for tile in picture._tiles(make_image(height=30, width=30)):
+        for tile in picture._tiles(make_image(height=30, width=30).dataset):
             if tile.name not in ("total", "source"):
                 assert 180 <= np.percentile(tile.picture.max(axis=-1), 99) <= 255
 
     def test_a_component_without_light_says_so(self, image):
         image.dataset["radiance"][6] = 0
-        assert picture._tiles(image)[-1].note == "no light"
+        assert picture._tiles(image.dataset)[-1].note == "no light"
 
     @pytest.mark.parametrize("size", [(1, 1), (3, 40), (40, 3), (12, 600)])
     def test_images_of_any_shape_fit(self, make_image, size):
-        sheet = contact_sheet(make_image(*size))
+        sheet = contact_sheet(make_image(*size).dataset)
         assert sheet.dtype == np.uint8
         assert max(sheet.shape) < 3000 * max(size[0] / size[1], 1)
 
     def test_pictures_of_everything(self, image, tmp_path):
-        paths = write_pictures(image, tmp_path / "new" / "pictures")
+        paths = write_pictures(image.dataset, tmp_path / "new" / "pictures")
         assert [path.stem for path in paths] == ["total", *COMPONENTS, "components"]
         assert all(path.is_file() for path in paths)
-        write_contact_sheet(image, tmp_path / "sheet.png")
+        write_contact_sheet(image.dataset, tmp_path / "sheet.png")
         np.testing.assert_array_equal(pixels_of(tmp_path / "sheet.png"), pixels_of(paths[-1]))
 
     def test_a_directory_that_cannot_be_made_is_an_error(self, image, tmp_path):
         (tmp_path / "taken").write_text("a file")
         with pytest.raises(ImageError, match=r"(?s)cannot be made.*taken"):
-            write_pictures(image, tmp_path / "taken")
+            write_pictures(image.dataset, tmp_path / "taken")

@@ -24,7 +24,7 @@ from fluorspar.bispectral.conversions import stokes_weights
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.bispectral.material import Material
 from fluorspar.image.pixels import Pixels
-from fluorspar.paths.log import BLOCK, END, Chunk, Log, lanes_per_pixel
+from fluorspar.paths.log import BLOCK, END, ENTRIES, Chunk, Log, lanes_per_pixel
 from fluorspar.paths.sweeping.batches import batch_count
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, padded, spectral_tables
 from fluorspar.paths.sweeping.sweep import sweep
@@ -136,7 +136,7 @@ def log_of(lanes: list[list[tuple[float, int, int, float, int, float]]], height:
     while lanes:
         blocks = -(-len(lanes) // BLOCK)
         for name in names:
-            whole = name in ("row", "direct_light", "sampled_light")
+            whole = ENTRIES[name] is np.uint32
             fields[name].append(rng.uniform(0, 1 if whole else 1e6, (blocks * height, BLOCK)))
         follow = np.full(blocks * BLOCK, -1)
         rest = []
@@ -154,11 +154,8 @@ def log_of(lanes: list[list[tuple[float, int, int, float, int, float]]], height:
         entry += blocks * height
         slots += blocks * BLOCK
         lanes = rest
-    kinds = {
-        name: np.uint32 if name in ("row", "direct_light", "sampled_light") else np.float32 for name in names
-    }
     return Log(
-        **{name: np.concatenate(parts).astype(kinds[name]) for name, parts in fields.items()},
+        **{name: np.concatenate(parts).astype(ENTRIES[name]) for name, parts in fields.items()},
         strips=np.array(strips, dtype=np.int64),
         goes_on=np.concatenate(goes_on).astype(np.int32),
     )

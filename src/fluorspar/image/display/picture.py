@@ -17,11 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from fluorspar.errors import ImageError, message
 from fluorspar.files.writing import replacing
 from fluorspar.image.components import TOTAL, definition, select
+from fluorspar.image.dataset import decoded_attrs, grid_of, names_of
 from fluorspar.image.display.appearance import appearance, auto_exposure, show, xyz_of
 from fluorspar.image.units import is_radiance
 
 if TYPE_CHECKING:
-    from fluorspar.image.spectral_image import SpectralImage
+    import xarray as xr
 
 __all__ = ["contact_sheet", "png_bytes", "thumbnail", "write_contact_sheet", "write_pictures", "write_png"]
 
@@ -31,7 +32,7 @@ _PAPER, _INK, _FAINT = (24, 24, 27), (244, 244, 245), (161, 161, 170)
 
 
 def write_png(
-    image: SpectralImage,
+    dataset: xr.Dataset,
     path: str | os.PathLike[str],
     component: str | Iterable[str] | None = None,
     exposure: float | None = None,
@@ -42,7 +43,8 @@ def write_png(
 
     Parameters
     ----------
-    image : SpectralImage
+    dataset : Dataset
+        Of a `SpectralImage`.
     path : str or path-like
         The file to be written or replaced.
     component : str or iterable of str, optional
@@ -60,14 +62,14 @@ def write_png(
     Examples
     --------
     >>> import tempfile
-    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar import SpectralImage
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
     >>> path = Path(tempfile.mkdtemp()) / "reflected.png"
-    >>> write_png(image, path, "reflected")
+    >>> write_png(image.dataset, path, "reflected")
     """
     with replacing(path) as temporary:
-        shown = appearance(image.dataset, select(component, image.components), exposure, white=white)
+        shown = appearance(dataset, select(component, names_of(dataset)), exposure, white=white)
         temporary.write_bytes(png_bytes(shown.bytes))
 
 
@@ -97,31 +99,33 @@ def _srgb_profile() -> bytes:
     return bytes(profile)
 
 
-def thumbnail(image: SpectralImage, longest: int = 512) -> NDArray[np.uint8]:
+def thumbnail(dataset: xr.Dataset, longest: int = 512) -> NDArray[np.uint8]:
     """A small picture of the total, ndarray of shape (y, x, 3).
 
     Examples
     --------
-    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar import SpectralImage
     >>> from fluorspar.spectral.wavelengths import Wavelengths
-    >>> thumbnail(SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())).shape
+    >>> thumbnail(SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths()).dataset).shape
     (4, 6, 3)
     """
     from PIL import Image
 
-    every = -(-max(image.size) // (2 * longest))  # so that the spectra of a large image are not all read
-    dataset = image.dataset.isel(x=slice(None, None, every), y=slice(None, None, every))
-    picture = Image.fromarray(appearance(dataset, image.components).bytes)
+    # so that the spectra of a large image are not all read
+    every = -(-max(dataset.sizes["x"], dataset.sizes["y"]) // (2 * longest))
+    dataset = dataset.isel(x=slice(None, None, every), y=slice(None, None, every))
+    picture = Image.fromarray(appearance(dataset, names_of(dataset)).bytes)
     picture.thumbnail((longest, longest))
     return np.asarray(picture)
 
 
-def write_contact_sheet(image: SpectralImage, path: str | os.PathLike[str]) -> None:
+def write_contact_sheet(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     """Write a labelled sheet of the total and every component, see `contact_sheet`.
 
     Parameters
     ----------
-    image : SpectralImage
+    dataset : Dataset
+        Of a `SpectralImage`.
     path : str or path-like
         The PNG file to be written or replaced.
 
@@ -131,17 +135,18 @@ def write_contact_sheet(image: SpectralImage, path: str | os.PathLike[str]) -> N
         If the file cannot be written; an older one of that name is then unchanged.
     """
     with replacing(path) as temporary:
-        temporary.write_bytes(png_bytes(contact_sheet(image)))
+        temporary.write_bytes(png_bytes(contact_sheet(dataset)))
 
 
-def write_pictures(image: SpectralImage, directory: str | os.PathLike[str]) -> list[Path]:
+def write_pictures(dataset: xr.Dataset, directory: str | os.PathLike[str]) -> list[Path]:
     """Write `total.png`, a PNG for every component, and the labelled sheet `components.png`.
 
     Each picture has the exposure that the sheet states for it.
 
     Parameters
     ----------
-    image : SpectralImage
+    dataset : Dataset
+        Of a `SpectralImage`.
     directory : str or path-like
         Created if it does not exist.
 
@@ -158,10 +163,10 @@ def write_pictures(image: SpectralImage, directory: str | os.PathLike[str]) -> l
     Examples
     --------
     >>> import tempfile
-    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar import SpectralImage
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
-    >>> len(write_pictures(image, tempfile.mkdtemp()))
+    >>> len(write_pictures(image.dataset, tempfile.mkdtemp()))
     9
     """
     directory = Path(directory)
@@ -171,8 +176,8 @@ def write_pictures(image: SpectralImage, directory: str | os.PathLike[str]) -> l
         raise ImageError(
             message("the directory for the pictures cannot be made", where=directory, got=err)
         ) from err
-    tiles = _tiles(image)
-    pictures = {tile.name: tile.picture for tile in tiles} | {"components": _sheet(image, tiles)}
+    tiles = _tiles(dataset)
+    pictures = {tile.name: tile.picture for tile in tiles} | {"components": _sheet(dataset, tiles)}
     paths = [directory / f"{name}.png" for name in pictures]
     for path, picture in zip(paths, pictures.values(), strict=True):
         with replacing(path) as temporary:
@@ -180,7 +185,7 @@ def write_pictures(image: SpectralImage, directory: str | os.PathLike[str]) -> l
     return paths
 
 
-def contact_sheet(image: SpectralImage) -> NDArray[np.uint8]:
+def contact_sheet(dataset: xr.Dataset) -> NDArray[np.uint8]:
     """Show the total and every component on one labelled sheet.
 
     Components differ by orders of magnitude, so each is shown with an exposure of its own, which its label
@@ -188,7 +193,8 @@ def contact_sheet(image: SpectralImage) -> NDArray[np.uint8]:
 
     Parameters
     ----------
-    image : SpectralImage
+    dataset : Dataset
+        Of a `SpectralImage`.
 
     Returns
     -------
@@ -197,13 +203,13 @@ def contact_sheet(image: SpectralImage) -> NDArray[np.uint8]:
 
     Examples
     --------
-    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar import SpectralImage
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
-    >>> contact_sheet(image).ndim
+    >>> contact_sheet(image.dataset).ndim
     3
     """
-    return _sheet(image, _tiles(image))
+    return _sheet(dataset, _tiles(dataset))
 
 
 @dataclass(frozen=True)
@@ -214,14 +220,14 @@ class _Tile:
     picture: NDArray[np.uint8]
 
 
-def _tiles(image: SpectralImage) -> list[_Tile]:
+def _tiles(dataset: xr.Dataset) -> list[_Tile]:
     """The pictures of the sheet with their labels, the total first."""
-    xyz = {name: xyz_of(image.dataset, [name]) for name in image.components}
+    xyz = {name: xyz_of(dataset, [name]) for name in names_of(dataset)}
     lit = sum((values for name, values in xyz.items() if name != "source"), np.zeros((1, 1, 3)))
     reference = auto_exposure(lit)
     total = lit + xyz.get("source", 0.0)
     whole = np.nansum(total[..., 1])
-    unit = " cd/m²" if is_radiance(image.dataset.attrs) else ", relative"
+    unit = " cd/m²" if is_radiance(dataset.attrs) else ", relative"
     tiles = [
         _Tile("total", "Total", f"white is {_rounded(1 / reference)}{unit}", show(total, reference).bytes)
     ]
@@ -242,11 +248,11 @@ def _rounded(value: float) -> str:
     return f"{float(f'{value:.3g}'):g}"
 
 
-def _sheet(image: SpectralImage, tiles: list[_Tile]) -> NDArray[np.uint8]:
+def _sheet(dataset: xr.Dataset, tiles: list[_Tile]) -> NDArray[np.uint8]:
     from matplotlib import get_data_path
     from PIL import Image, ImageDraw, ImageFont
 
-    width, height = image.size
+    width, height = dataset.sizes["x"], dataset.sizes["y"]
     least, greatest = _TILE
     zoom = greatest / width if width > greatest else max(1, round(least / width))
     tile = (round(width * zoom), max(1, round(height * zoom)))
@@ -261,7 +267,7 @@ def _sheet(image: SpectralImage, tiles: list[_Tile]) -> NDArray[np.uint8]:
     draw = ImageDraw.Draw(canvas)
     typeface = Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"  # Pillow's own has no ×
     large, small = ImageFont.truetype(typeface, unit), ImageFont.truetype(typeface, unit * 4 // 5)
-    draw.text((gap, title // 2), _title(image), _INK, large, anchor="lm")
+    draw.text((gap, title // 2), _title(dataset), _INK, large, anchor="lm")
     for number, shown in enumerate(tiles):
         row, column = divmod(number, _COLUMNS)
         left, top = gap + column * (tile[0] + gap), title + row * (tile[1] + caption + gap)
@@ -273,10 +279,10 @@ def _sheet(image: SpectralImage, tiles: list[_Tile]) -> NDArray[np.uint8]:
     return np.asarray(canvas)
 
 
-def _title(image: SpectralImage) -> str:
-    attrs: dict[str, Any] = image.attrs
-    width, height = image.size
-    facts = [str(attrs.get("scene", "")), f"{width} × {height}", f"{image.wavelengths}"]
+def _title(dataset: xr.Dataset) -> str:
+    attrs: dict[str, Any] = decoded_attrs(dataset.attrs)
+    width, height = dataset.sizes["x"], dataset.sizes["y"]
+    facts = [str(attrs.get("scene", "")), f"{width} × {height}", f"{grid_of(dataset)}"]
     if "spp" in attrs:
         facts.append(f"{attrs['spp']} samples per pixel")
     if attrs.get("partial"):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.tracing.merging import join_meshes, joinable
+from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import set_film
@@ -62,13 +63,7 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     nodes = state.nodes
     for light in scene.lights:
         props = nodes[light.node].props
-        if light.plugin not in ("area", "constant", "point", "spot", "directional"):
-            _replace(props, "constant")
-        props[
-            {"point": "intensity", "spot": "intensity", "directional": "irradiance"}.get(
-                props.plugin_name(), "radiance"
-            )
-        ] = 1.0
+        give_spectrum(props, light, 1.0)
         props.set_id(f"light-{light.node}")
     for surface in scene.surfaces:
         props = nodes[surface.node].props
@@ -169,10 +164,3 @@ def _pointer(pointer: Any) -> int:
     import mitsuba as mi
 
     return int(dr.reinterpret_array(mi.UInt32, pointer)[0])
-
-
-def _replace(props: Any, plugin: str) -> None:
-    """Turn a node into another plugin without properties."""
-    for key in list(props.keys()):
-        del props[key]
-    props.set_plugin_name(plugin)

@@ -140,10 +140,10 @@ class Tracer:
         entries = -(-lanes // BLOCK) * BLOCK * height
         log = {
             name: dr.empty(
-                mi.UInt32 if name in ("row", "sampled_light", "direct_light") else mi.Float,
+                mi.UInt32 if kind is np.uint32 else mi.Float,
                 1 if self.one_light and name.endswith("light") else entries,
             )
-            for name in ENTRIES
+            for name, kind in ENTRIES.items()
         }
         used, left = _trace(self, spread, log, dr.opaque(mi.UInt32, height), **state)
         dr.eval(log, used, left)

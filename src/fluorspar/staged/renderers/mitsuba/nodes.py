@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.nodes import children, copy_nodes, kind
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import film_node, sensor_node, set_film
 from fluorspar.scene.surfaces import ABSORBS
 
 __all__ = [
-    "SPECTRUM",
     "bsdf",
     "name_lights",
     "one_sample_camera",
@@ -19,9 +19,6 @@ __all__ = [
     "remove_shape",
     "with_materials",
 ]
-
-SPECTRUM = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}
-"""Property that holds the spectrum of a light, where it is not `radiance`."""
 
 
 def with_materials(scene: Scene) -> tuple[Any, list[Any]]:
@@ -62,11 +59,7 @@ def name_lights(state: Any, scene: Scene) -> None:
 
     for light in scene.lights:
         props = state.nodes[light.node].props
-        if light.plugin not in ("area", "constant", *SPECTRUM):
-            for key in list(props.keys()):
-                del props[key]
-            props.set_plugin_name("constant")
-        props[SPECTRUM.get(props.plugin_name(), "radiance")] = mi.ScalarColor3f(1.0)
+        give_spectrum(props, light, mi.ScalarColor3f(1.0))
         props.set_id(f"light-{light.node}")
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, RendererError, SceneNotice, message
+from fluorspar.scene.lights import spectrum_property
 from fluorspar.scene.nodes import build, resolving
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import sampler_node
@@ -20,7 +21,6 @@ from fluorspar.staged.emitters.mesh import TriangleMesh
 from fluorspar.staged.emitters.patches import EmitterArray
 from fluorspar.staged.renderers.mitsuba.mesh import surface_mesh
 from fluorspar.staged.renderers.mitsuba.nodes import (
-    SPECTRUM,
     bsdf,
     name_lights,
     one_sample_camera,
@@ -132,7 +132,7 @@ class _LoadedScene:
         if array is None:
             by_id = {emitter.id(): emitter for emitter in self.mitsuba_scene.emitters()}
             self.lights = [by_id[f"light-{light.node}"] for light in scene.lights]
-            self.light_keys = [f"{SPECTRUM.get(light.plugin, 'radiance')}.value" for light in scene.lights]
+            self.light_keys = [f"{spectrum_property(light)}.value" for light in scene.lights]
         else:
             self.light_keys = ["radiance.value"] * len(self.lights)
         self.parameters = [mi.traverse(light) for light in self.lights]
