@@ -29,13 +29,13 @@ def message(
 
     Parameters
     ----------
-    what
+    what : str
         The fault in one sentence, without a full stop.
-    where
+    where : object
         File, line, object or option in which it was found.
-    got, expected
+    got, expected : object
         What was found and what would have been right.
-    fix
+    fix : str
         What the user can do about it.
 
     Returns

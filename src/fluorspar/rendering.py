@@ -51,40 +51,40 @@ def render(
 
     Parameters
     ----------
-    scene
+    scene : Scene, str, path or dict
         A scene of `load_scene`, or what `load_scene` takes.
-    spp
+    spp : int, optional
         Samples per pixel; default: the scene's.
-    seed
+    seed : int
         Same seed, same image, bit for bit, whatever the number of threads.
-    wavelengths
+    wavelengths : Wavelengths, str or array_like of shape (N,), optional
         Grid in nm: a `Wavelengths`, `"START:STOP:STEP"`, or an evenly spaced array; default 360:700:5.
-    method
+    method : str
         `"paths"`: all components, bands and bounces from one pass. `"staged"`: the paper's procedure on stock
         integrators, components 0 to 5.
-    size
+    size : (int, int), optional
         Width and height in pixels; default: the scene's.
-    max_depth, rr_depth
+    max_depth, rr_depth : int, optional
         As in Mitsuba (2 is direct light only, -1 unlimited); default: the scene's.
-    materials
+    materials : mapping of str to str, path or Material, optional
         Materials from outside, by shape or BSDF id, for a scene that is not loaded yet.
-    stokes
+    stokes : str
         `"half"`: excitation at the emission wavelength itself counts half (trapezoid rule); `"strict"`: not at
         all (Eq. 1 of the paper to the letter).
-    component_errors
+    component_errors : bool
         Estimate the standard error of each component too, not only of the total.
-    variant
+    variant : str
         `"llvm"`, or `"cuda"` for an NVIDIA GPU.
-    threads
+    threads : int, optional
         Default: all cores this process may use.
-    output
+    output : path, optional
         A `.nc` file to stream the image to while it is rendered, so that it need not fit into memory; the
         image returned then reads from it.
-    progress
+    progress : callable, optional
         Called with the work done and the work in all (pixels, or renders of the staged method).
-    staged
+    staged : StagedOptions, optional
         Options of the staged method.
-    renderer
+    renderer : Renderer, optional
         Another renderer than Mitsuba for the staged method, see `fluorspar.staged.renderers.protocol`.
 
     Returns
@@ -200,10 +200,10 @@ def trace(
     ----------
     scene, spp, seed, size, max_depth, rr_depth, materials, variant, threads
         See `render`.
-    wavelengths
+    wavelengths : Wavelengths, str or array_like of shape (N,), optional
         Grid of the images, see `render`. The paths hold no wavelength, and images on other grids are as right, but
         Russian roulette follows the brightest band of this one.
-    progress
+    progress : callable, optional
         Called with the pixels done and the pixels in all.
 
     Returns

@@ -15,7 +15,8 @@ import pytest
 
 from fluorspar import Material, Spectrum, Wavelengths, load_scene, register_plugins, render
 from fluorspar.errors import OptionError, SceneError, SceneNotice
-from fluorspar.paths.tracing.trace_scene import NO_ROW, build_trace_scene
+from fluorspar.paths.log import END
+from fluorspar.paths.tracing.trace_scene import build_trace_scene
 from fluorspar.scene.builtin import BUILTIN
 from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
@@ -418,7 +419,7 @@ class TestTraceScene:
         with use_variant(TRACE_VARIANTS["llvm"]):
             rows = build_trace_scene(scene).rows
         assert np.count_nonzero(rows == 0) == 1, "the front"
-        assert np.all((rows == 0) | (rows == NO_ROW))
+        assert np.all((rows == 0) | (rows == END))
 
 
 class TestImport:

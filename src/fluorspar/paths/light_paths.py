@@ -64,10 +64,10 @@ class LightPaths:
 
         Parameters
         ----------
-        wavelengths
+        wavelengths : Wavelengths, str or array_like of shape (N,), optional
             Grid in nm, see `fluorspar.render`; default: that of the job. On another grid the image is as right, but
             not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band.
-        stokes, component_errors, threads, output, progress
+        stokes, component_errors, threads, output, progress : optional
             See `fluorspar.render`; default: as traced.
 
         Returns

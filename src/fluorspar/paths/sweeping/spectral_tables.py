@@ -20,24 +20,24 @@ class SpectralTables(NamedTuple):
 
     Attributes
     ----------
-    lights
-        (lights, B): L.
-    reflectance
-        (rows, B): S.
-    first, last
-        (rows,) int64: range of fluorophores of a row; empty for a surface that does not fluoresce.
-    full
-        (rows,) int64: index of the row's full matrix, -1 where there is none.
-    alpha, beta
-        (fluorophores, B): emission spectrum, and excitation spectrum times the grid step.
-    equal
+    lights : ndarray of shape (lights, B)
+        L.
+    reflectance : ndarray of shape (rows, B)
+        S.
+    first, last : ndarray of shape (rows,), int64
+        range of fluorophores of a row; empty for a surface that does not fluoresce.
+    full : ndarray of shape (rows,), int64
+        index of the row's full matrix, -1 where there is none.
+    alpha, beta : ndarray of shape (fluorophores, B)
+        emission spectrum, and excitation spectrum times the grid step.
+    equal : float32
         Weight of excitation at the emission wavelength itself: 1/2, or 0 for `stokes="strict"`.
-    matrices
-        (full matrices, B, B): step times D_L, transposed (excitation, emission).
-    glows
-        (rows,) int64: index of the row in `glow`, -1 for a surface that does not fluoresce.
-    glow
-        (fluorescent rows, lights, B): the luminescence of the row in the light of each lamp.
+    matrices : ndarray of shape (full matrices, B, B)
+        step times D_L, transposed (excitation, emission).
+    glows : ndarray of shape (rows,), int64
+        index of the row in `glow`, -1 for a surface that does not fluoresce.
+    glow : ndarray of shape (fluorescent rows, lights, B)
+        the luminescence of the row in the light of each lamp.
     """
 
     lights: NDArray[np.float32]

@@ -29,9 +29,9 @@ def join_meshes(meshes: Sequence[Any], name: str) -> Any:
 
     Parameters
     ----------
-    meshes
+    meshes : sequence of mitsuba.Mesh
         Built `mitsuba.Mesh` objects; their triangles keep their order.
-    name
+    name : str
         Id of the new mesh.
 
     Returns

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.paths.log import END
 from fluorspar.paths.tracing.merging import join_meshes, joinable
 from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
@@ -15,9 +16,8 @@ from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import set_film
 from fluorspar.scene.surfaces import ABSORBS, Surface
 
-__all__ = ["NO_ROW", "TraceScene", "build_trace_scene"]
+__all__ = ["TraceScene", "build_trace_scene"]
 
-NO_ROW = 0xFFFF  # in the row table: this side of the shape absorbs everything
 _FEW = 64  # nodes of a scene that are built one by one
 
 
@@ -27,17 +27,17 @@ class TraceScene:
 
     Attributes
     ----------
-    mitsuba_scene, sensor, sampler
+    mitsuba_scene, sensor, sampler : object
         Objects of the variant that was set.
-    first_row_of_shape
-        ndarray of shape (P,), uint32: where the rows of the shape whose Dr.Jit pointer is p begin in `rows`.
-    rows_per_primitive
-        ndarray of shape (P,), uint32: 2 if each triangle of the shape has rows of its own, 0 if all share them.
-    rows
-        uint32, front and back in turn: material rows; `NO_ROW` absorbs. The row of a hit is
+    first_row_of_shape : ndarray of shape (P,), uint32
+        where the rows of the shape whose Dr.Jit pointer is p begin in `rows`.
+    rows_per_primitive : ndarray of shape (P,), uint32
+        2 if each triangle of the shape has rows of its own, 0 if all share them.
+    rows : ndarray of uint32
+        Material rows of front and back in turn; `END` where a side absorbs everything. The row of a hit is
         `rows[first_row_of_shape[p] + rows_per_primitive[p] * primitive + side]`.
-    light_of_emitter
-        ndarray of shape (P,), uint32: light row of the emitter whose Dr.Jit pointer is p.
+    light_of_emitter : ndarray of shape (P,), uint32
+        light row of the emitter whose Dr.Jit pointer is p.
     """
 
     mitsuba_scene: Any
@@ -93,7 +93,7 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     pointers = [_pointer(mi.ShapePtr(part.shape)) for part in joined]
     first_row = np.zeros(max(pointers, default=0) + 1, dtype=np.uint32)
     per_primitive = np.zeros_like(first_row)
-    rows = [np.full(2, NO_ROW, dtype=np.uint32)]  # of no shape: a table is never empty
+    rows = [np.full(2, END, dtype=np.uint32)]  # of no shape: a table is never empty
     for pointer, part in zip(pointers, joined, strict=True):
         first_row[pointer] = sum(map(len, rows))
         per_primitive[pointer] = 2 if len(part.surfaces) > 1 else 0
@@ -135,7 +135,7 @@ class _Rows:
         """Rows of front and back, for each triangle if there are several surfaces."""
         sides = [(surface.front, surface.back) for surface in self.surfaces]
         table = np.array(sides, dtype=np.int64).repeat(self.triangles, axis=0)
-        return np.where(table == ABSORBS, NO_ROW, table).astype(np.uint32).ravel()
+        return np.where(table == ABSORBS, END, table).astype(np.uint32).ravel()
 
 
 def _join(shapes: list[_Rows]) -> list[_Rows]:

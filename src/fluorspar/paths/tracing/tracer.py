@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.log import BLOCK, END, ENTRIES, Chunk, Log, lanes_per_pixel
-from fluorspar.paths.tracing.trace_scene import NO_ROW, TraceScene
+from fluorspar.paths.tracing.trace_scene import TraceScene
 from fluorspar.scene.settings import UNLIMITED, Settings
 
 __all__ = ["Tracer"]
@@ -251,7 +251,7 @@ def _trace(
         first = dr.gather(mi.UInt32, tracer.first_row_of_shape, shape, active)
         own = dr.gather(mi.UInt32, tracer.rows_per_primitive, shape, active)
         row = dr.gather(mi.UInt32, tracer.rows, first + own * si.prim_index + side, active)
-        active &= row != NO_ROW
+        active &= row != END
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth
         ds, emitted = scene.sample_emitter_direction(si, _two(rng), False, active)
