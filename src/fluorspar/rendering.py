@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError, message
+from fluorspar.image.pixels import check_streamed
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.progress import Progress
@@ -114,22 +115,6 @@ def render(
     >>> image.dataset.radiance.shape
     (7, 16, 16, 16)
     """
-    if renderer is not None and method != "staged":
-        raise OptionError(
-            message(
-                "a renderer for the staged method is given",
-                got=f"method={method!r}",
-                expected="method='staged'",
-            )
-        )
-    if output is not None and Path(output).suffix.lower() != ".nc":
-        raise OptionError(
-            message(
-                "an image can be streamed to NetCDF only",
-                got=Path(output).name,
-                expected="a name that ends in .nc",
-            )
-        )
     job = RenderJob.of(
         scene,
         materials=materials,
@@ -164,6 +149,16 @@ def render_job(
     >>> render_job(job).dataset.sizes["wavelength"]
     4
     """
+    if output is not None:
+        check_streamed(output)
+    if renderer is not None and job.method != "staged":
+        raise OptionError(
+            message(
+                "a renderer for the staged method is given",
+                got=f"method={job.method!r}",
+                expected="method='staged'",
+            )
+        )
     if job.method == "paths":
         from fluorspar.paths.chunks import trace_chunks
         from fluorspar.paths.render import render_chunks

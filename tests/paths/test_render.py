@@ -24,6 +24,7 @@ from fluorspar import (
 from fluorspar.errors import FluorsparWarning, OptionError
 from fluorspar.paths.chunks import CHUNK
 from fluorspar.paths.log import BLOCK, END, Chunk, lanes_per_pixel
+from fluorspar.rendering import render_job
 from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
 GRID = Wavelengths(400, 700, 20)
@@ -264,6 +265,15 @@ class TestLightPaths:
             )
         with pytest.raises(OptionError, match="Stokes"):
             paths.image(stokes="loose")  # type: ignore[arg-type]
+
+    def test_a_file_of_another_kind_stays_as_it_is(self, tmp_path: Path) -> None:
+        (tmp_path / "a.exr").write_bytes(b"precious")
+        paths = trace(furnace(tmp_path), wavelengths=GRID)
+        with pytest.raises(OptionError, match="NetCDF only"):
+            paths.image(output=tmp_path / "a.exr")
+        with pytest.raises(OptionError, match="NetCDF only"):
+            render_job(paths.job, output=tmp_path / "a.exr")
+        assert (tmp_path / "a.exr").read_bytes() == b"precious"
 
     def test_it_says_what_it_is(self, tmp_path: Path) -> None:
         paths = trace(furnace(tmp_path), wavelengths=GRID, seed=3)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
 
@@ -17,7 +18,7 @@ from fluorspar.image.formats.netcdf import NetcdfWriter
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["Pixels", "PixelsInFile", "PixelsInMemory", "Target"]
+__all__ = ["Pixels", "PixelsInFile", "PixelsInMemory", "Target", "check_streamed"]
 
 Array = NDArray[np.float32]
 
@@ -73,6 +74,11 @@ class Target(Protocol):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
 
+    @property
+    def kept(self) -> int:
+        """How many pixels were taken."""
+        ...
+
     def room(self, first: int, count: int) -> tuple[Pixels, int]:
         """Return arrays to be filled with `count` pixels from `first` on, and the place of that pixel in them."""
         ...
@@ -84,6 +90,24 @@ class Target(Protocol):
     def image(self, attrs: Mapping[str, Any], *, partial: bool) -> SpectralImage:
         """Finish; pixels that were not kept are NaN."""
         ...
+
+
+def check_streamed(path: str | os.PathLike[str]) -> None:
+    """Refuse a file that an image cannot be streamed to.
+
+    Raises
+    ------
+    OptionError
+        If its suffix is not that of NetCDF.
+    """
+    if Path(path).suffix.lower() != ".nc":
+        raise OptionError(
+            message(
+                "an image can be streamed to NetCDF only",
+                got=Path(path).name,
+                expected="a name that ends in .nc",
+            )
+        )
 
 
 class PixelsInMemory:
@@ -103,7 +127,7 @@ class PixelsInMemory:
             size = f"{width} x {height} pixels, {len(COMPONENTS)} components, {len(grid)} wavelengths"
             fix = "stream it to a NetCDF file (-o NAME.nc, output='NAME.nc'), or make it smaller"
             raise OptionError(message("the image does not fit into memory", got=size, fix=fix)) from err
-        self._kept = 0
+        self.kept = 0
 
     def __enter__(self) -> PixelsInMemory:
         return self
@@ -115,10 +139,10 @@ class PixelsInMemory:
         return self._all, first
 
     def keep(self, first: int, count: int) -> None:
-        self._kept = first + count
+        self.kept = first + count
 
     def image(self, attrs: Mapping[str, Any], *, partial: bool) -> SpectralImage:
-        rest = self._all[self._kept :]
+        rest = self._all[self.kept :]
         for values in (rest.radiance, rest.standard_error, rest.component_standard_error):
             if values is not None:
                 values[...] = np.nan
@@ -134,7 +158,15 @@ class PixelsInMemory:
 
 
 class PixelsInFile:
-    """A NetCDF file that is written while pixels come in, see `NetcdfWriter`."""
+    """A NetCDF file that is written while pixels come in, see `NetcdfWriter`.
+
+    Raises
+    ------
+    OptionError
+        If the name has another suffix.
+    ImageError
+        If the file cannot be written.
+    """
 
     def __init__(
         self,
@@ -144,6 +176,7 @@ class PixelsInFile:
         width: int,
         component_errors: bool,
     ) -> None:
+        check_streamed(path)
         self._writer = NetcdfWriter(path, grid, height, width, component_errors=component_errors)
         self._bands, self._component_errors = len(grid), component_errors
         self._buffer = Pixels.empty(0, self._bands, component_errors)
@@ -156,6 +189,10 @@ class PixelsInFile:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._writer.__exit__(kind, error, trace)
+
+    @property
+    def kept(self) -> int:
+        return self._writer.finished_pixels
 
     def room(self, first: int, count: int) -> tuple[Pixels, int]:
         if self._buffer.radiance.shape[1] < count:

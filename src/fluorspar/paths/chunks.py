@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Generator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,6 @@ __all__ = ["CHUNK", "trace_chunks"]
 # processor's caches, a large one keeps a GPU busy: 2^21 instead of 2^19 halves the time of tracing on an H200.
 CHUNK = {"llvm": 1 << 19, "cuda": 1 << 21}
 
-_AHEAD = 2  # chunks that wait to be traced, so that no core does while the last paths of one are traced
-
 
 def trace_chunks(job: RenderJob) -> Generator[Chunk]:
     """Trace the light paths of one run of pixels after another.
@@ -32,7 +31,8 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
     Yields
     ------
     Chunk
-        Row by row from the top left. While the caller works on it, the next ones are being traced.
+        Row by row from the top left. While the caller works on it, the next one is being traced; two are in memory if
+        the caller keeps none.
     """
     import drjit as dr
 
@@ -48,12 +48,14 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
         dr.set_thread_count(job.threads or usable_cores())
         try:
             tracer = Tracer(build_trace_scene(job.scene), settings, _survival(job), job.seed)
-            begun = deque(tracer.start(number, *run) for number, run in enumerate(runs[:_AHEAD]))
-            for number in range(len(runs)):
-                chunk = tracer.finish(begun.popleft())
-                if number + _AHEAD < len(runs):
-                    begun.append(tracer.start(number + _AHEAD, *runs[number + _AHEAD]))
-                yield chunk
+            begun: deque[Any] = deque()
+            for number, run in enumerate(runs):
+                begun.append(tracer.start(number, *run))
+                if (
+                    len(begun) > 1
+                ):  # one is waiting, so that no core does while the last paths of another are traced
+                    yield tracer.finish(begun.popleft())
+            yield tracer.finish(begun.popleft())
         finally:
             dr.set_thread_count(threads_before)
 

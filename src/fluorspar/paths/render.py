@@ -50,7 +50,7 @@ def render_chunks(
     shape = (grid, settings.height, settings.width, job.component_errors)
     target: Target = PixelsInMemory(*shape) if output is None else PixelsInFile(output, *shape)
     began = time.perf_counter()
-    pixels, done = settings.width * settings.height, 0
+    pixels = settings.width * settings.height
     with target, ThreadPoolExecutor(job.threads or usable_cores()) as pool:
         tables = _tables(job)
         try:
@@ -58,16 +58,17 @@ def render_chunks(
                 of_chunk = _tables(job, chunk) if chunk.materials else tables
                 sweep(chunk, of_chunk, pool, *target.room(chunk.first_pixel, chunk.pixels))
                 target.keep(chunk.first_pixel, chunk.pixels)
-                done = chunk.first_pixel + chunk.pixels
+                del chunk  # its log goes before the next one comes
                 if progress:
-                    progress(done, pixels)
+                    progress(target.kept, pixels)
         except KeyboardInterrupt:
-            if done == 0:
+            if target.kept == 0:
                 raise  # nothing to keep, and an older file stays as it was
-            text = f"interrupted: {done} of {pixels} pixels are finished, the others are NaN"
-            warnings.warn(text, FluorsparWarning, stacklevel=3)
+            if target.kept < pixels:
+                text = f"interrupted: {target.kept} of {pixels} pixels are finished, the others are NaN"
+                warnings.warn(text, FluorsparWarning, stacklevel=4)
         timings = {"render": round(time.perf_counter() - began, 3)}
-        return target.image({**job.attrs, "timings": timings}, partial=done < pixels)
+        return target.image({**job.attrs, "timings": timings}, partial=target.kept < pixels)
 
 
 def _tables(job: RenderJob, chunk: Chunk | None = None) -> SpectralTables:

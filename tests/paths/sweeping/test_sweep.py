@@ -11,10 +11,12 @@ Expected
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -333,6 +335,35 @@ def test_a_compact_log_says_the_same_in_less_room(pool: ThreadPoolExecutor) -> N
     heights = np.diff(chunk.log.strips, axis=1).sum()
     assert len(compact.log.row) == len(compact.log.direct_light) == heights
     assert compact.log.nbytes < 0.9 * chunk.log.nbytes
+
+
+class Interrupted(ThreadPoolExecutor):
+    """Works slowly, and the user presses Ctrl-C while the first result is waited for."""
+
+    def submit(self, call: Any, /, *arguments: Any, **options: Any) -> Any:
+        def slowly() -> None:
+            time.sleep(0.02)
+            call(*arguments, **options)
+
+        future = super().submit(slowly)
+        future.result = self.interrupt  # type: ignore[method-assign, assignment]
+        return future
+
+    @staticmethod
+    def interrupt(timeout: float | None = None) -> None:
+        raise KeyboardInterrupt
+
+
+def test_nothing_is_written_after_an_interrupt() -> None:
+    """The caller fills what is not finished with NaN, which must stay."""
+    materials = make_materials()
+    chunk = Paths(64, 4, lights=1, rows=len(materials)).chunk()
+    out = Pixels.empty(64, N, False)
+    with Interrupted(1) as pool:
+        with pytest.raises(KeyboardInterrupt):
+            sweep(chunk, spectral_tables(materials, lamps(1)), pool, out)
+        out.radiance[...] = np.nan
+    assert np.isnan(out.radiance).all()
 
 
 def test_a_single_sample_has_no_error(pool: ThreadPoolExecutor) -> None:

@@ -18,12 +18,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.image import components as components_module
 from fluorspar.paths import log as log_module
 from fluorspar.paths.log import BLOCK
 from fluorspar.paths.sweeping import batches as batches_module
 from fluorspar.paths.sweeping import camera_vertex as camera_vertex_module
 from fluorspar.paths.sweeping import luminesce as luminesce_module
 from fluorspar.paths.sweeping import propagate as propagate_module
+from fluorspar.paths.sweeping import spectral_tables as spectral_tables_module
 from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, TOTAL, Tally, count, new_tally, store
 from fluorspar.paths.sweeping.camera_vertex import (
     Pixel,
@@ -129,5 +131,13 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
 
 def _version() -> int:
     """Fingerprint of the other files whose code is compiled in: Numba looks at the date of this one only."""
-    modules = (log_module, batches_module, camera_vertex_module, luminesce_module, propagate_module)
+    modules = (
+        components_module,
+        log_module,
+        batches_module,
+        camera_vertex_module,
+        luminesce_module,
+        propagate_module,
+        spectral_tables_module,
+    )
     return zlib.crc32("".join(inspect.getsource(module) for module in modules).encode())

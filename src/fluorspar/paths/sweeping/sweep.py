@@ -17,7 +17,7 @@ The recursion is in `propagate.py`, the components in `camera_vertex.py`, Phi in
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
+from concurrent.futures import Executor, wait
 from itertools import pairwise
 
 import numpy as np
@@ -67,5 +67,13 @@ def sweep(chunk: Chunk, tables: SpectralTables, pool: Executor, out: Pixels, at:
             room *= 2  # for a pixel that sees more rows, or a path that is longer
 
     edges = np.linspace(0, chunk.pixels, _TASKS + 1).astype(int).tolist()
-    for task in [pool.submit(run, first, stop) for first, stop in pairwise(edges)]:
-        task.result()
+    tasks = [pool.submit(run, first, stop) for first, stop in pairwise(edges)]
+    try:
+        for task in tasks:
+            task.result()
+    except BaseException:
+        # The caller may do something to `out` after a Ctrl-C, so nobody must write there any more.
+        for task in tasks:
+            task.cancel()
+        wait(tasks)
+        raise

@@ -27,7 +27,7 @@ __all__ = ["Tracer"]
 _SURVIVAL = (0.05, 0.95)
 # Entries that a strip has room for, a sample: at first, and at the most, which bounds memory. In between it follows
 # what the chunk before has needed.
-_ROOM, _MOST_ROOM = 10.0, 24.0
+_ROOM, _MOST_ROOM = 10.0, 16.0
 
 
 @dataclass
@@ -129,9 +129,9 @@ class Tracer:
             }
             dr.make_opaque(state)
             launches.append(self._launch(state, started.launch.height, started.spread))
-        longest = started.launch.height if len(launches) > 1 else int(dr.max(started.launch.used)[0])
-        grown = 1.2 * longest * len(launches) / -(-self.settings.spp // lanes_per_pixel(self.settings.spp))
-        self._room = min(max(grown, 2.0), _MOST_ROOM)
+        longest = (len(launches) - 1) * started.launch.height + int(dr.max(launches[-1].used)[0])
+        samples = -(-self.settings.spp // lanes_per_pixel(self.settings.spp))
+        self._room = min(max(1.1 * longest / samples, 2.0), _MOST_ROOM)
         return Chunk(started.first_pixel, started.pixels, self.settings.spp, _log(launches))
 
     def _launch(self, state: dict[str, Any], height: int, spread: _Spread | None) -> _Launch:
