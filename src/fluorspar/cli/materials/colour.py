@@ -45,7 +45,13 @@ def colour(
             metavar="M0|M1|M2", help="Measured and calculated as ISO 13655 says, instead of an illuminant."
         ),
     ] = None,
-    observer: Annotated[str, typer.Option(metavar="2|10", help="Standard observer, degrees.")] = "2",
+    observer: Annotated[
+        str,
+        typer.Option(
+            metavar="2|10|NAME",
+            help="Standard observer: CIE 1931 (2) or CIE 1964 (10 degrees), or its full name.",
+        ),
+    ] = "2",
     wavelengths: Annotated[
         str | None,
         typer.Option(
