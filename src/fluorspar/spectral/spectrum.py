@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ExtrapolationWarning, SpectrumError, message
+from fluorspar.files import tables
 from fluorspar.files.tables import read_table
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -30,7 +31,7 @@ __all__ = [
 
 Outside = Literal["warn", "error", "zero", "hold"]
 
-SUFFIXES = (".csv", ".spd", ".txt")
+SUFFIXES = (*tables.SUFFIXES, ".spd")
 """Of files that `read_spectrum` reads."""
 
 _SAME = 1e-6  # nm; wavelengths closer than this are one
