@@ -25,7 +25,6 @@ from fluorspar.rendering import render
 from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
 from fluorspar.spectral.wavelengths import Wavelengths
-from fluorspar.staged.equations import relative_rmse
 from fluorspar.staged.options import StagedOptions
 from fluorspar.staged.renderers.mitsuba.renderer import MitsubaRenderer
 
@@ -40,6 +39,11 @@ def blocks(values: np.ndarray, valid: np.ndarray) -> np.ndarray:
     sums = (values * valid[..., None]).reshape(*shape, -1).sum(axis=(1, 3))
     kept = weight >= BLOCK * BLOCK / 2
     return sums[kept] / weight[kept][:, None]
+
+
+def relative_rmse(image: np.ndarray, reference: np.ndarray) -> float:
+    """Root mean square difference of two images over all their values, divided by the mean of the second."""
+    return float(np.sqrt(np.mean((image - reference) ** 2)) / np.mean(reference))
 
 
 def with_one_fluorescent(scene: Scene) -> tuple[Scene, str]:

@@ -1,4 +1,4 @@
-"""Density and band-weighted cells, Eq. 2 of the paper, the Stokes limit: numbers by hand, round trips."""
+"""Density and band-weighted cells, Eq. 2 of the paper, the Stokes limit: numbers by hand."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ from hypothesis.extra.numpy import arrays
 
 from fluorspar.bispectral.conversions import (
     density_from_band,
-    from_unit_norm,
     stokes_weights,
     to_unit_norm,
 )
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.errors import MaterialError
-from fluorspar.spectral.spectrum import trapezoid
 from fluorspar.spectral.wavelengths import Wavelengths
 
 matrices = arrays(np.float64, (4, 4), elements=st.floats(-0.01, 1))
@@ -54,31 +52,14 @@ def test_eq_2_by_hand() -> None:
     assert alpha == pytest.approx([0.2, 0.4])
 
 
-@given(arrays(np.float64, (2, 5), elements=positive), arrays(np.float64, (2, 3), elements=positive))
-def test_eq_2_and_back(alpha: np.ndarray, inner: np.ndarray) -> None:
-    """The norm is 1, the band-weighted product the same, and a beta of integral 1 comes back as it was."""
-    w = np.linspace(400, 440, 5)
-    beta = np.pad(inner, ((0, 0), (1, 1)))  # ends within the grid
-    beta /= np.array([trapezoid(row, w) for row in beta])[:, None]
+@given(arrays(np.float64, (2, 5), elements=positive), arrays(np.float64, (2, 5), elements=positive))
+def test_eq_2(alpha: np.ndarray, beta: np.ndarray) -> None:
+    """The norm is 1, the band-weighted product the same."""
     alpha_2, beta_2 = to_unit_norm(alpha, beta, step=10)
     assert np.linalg.norm(beta_2, axis=-1) == pytest.approx(1)
     assert alpha_2.T @ beta_2 == pytest.approx(10 * alpha.T @ beta)
-    alpha_back, beta_back = from_unit_norm(alpha_2, beta_2, w)
-    assert alpha_back == pytest.approx(alpha)
-    assert beta_back == pytest.approx(beta)
 
 
-def test_any_other_norm_is_taken_too() -> None:
-    w = np.linspace(400, 440, 5)
-    alpha, beta = np.array([0.0, 0.1, 0.5, 0.2, 0.0]), np.array([0.0, 3.0, 9.0, 2.0, 0.0])
-    converted_alpha, converted_beta = from_unit_norm(alpha, beta, w)
-    assert trapezoid(converted_beta, w) == pytest.approx(1)
-    assert 10 * np.outer(converted_alpha, converted_beta) == pytest.approx(np.outer(alpha, beta))
-
-
-@pytest.mark.parametrize(
-    "convert", [lambda a, b: to_unit_norm(a, b, 5), lambda a, b: from_unit_norm(a, b, np.arange(2))]
-)
-def test_a_beta_of_0_has_no_norm(convert) -> None:
+def test_a_beta_of_0_has_no_norm() -> None:
     with pytest.raises(MaterialError, match="0 everywhere"):
-        convert(np.ones(2), np.zeros(2))
+        to_unit_norm(np.ones(2), np.zeros(2), 5)

@@ -223,6 +223,14 @@ def test_whiteness_says_that_it_is_meant_for_d65() -> None:
         assert "meant for D65" in other.whiteness.outside[-1]
 
 
+def test_whiteness_is_defined_for_two_observers() -> None:
+    white = Material("white", Spectrum.constant(1.0))
+    assert colour_under_lamp(white, "D65", observer=10).whiteness.valid
+    other = colour_under_lamp(white, "D65", observer="CIE 2015 10 Degree Standard Observer")
+    assert other.lab == pytest.approx([100, 0, 0], abs=1e-6)
+    assert "CIE 1964 only" in other.whiteness.outside[0]
+
+
 def test_a_black_sample_has_no_whiteness() -> None:
     black = colour_under_lamp(Material("black", Spectrum.constant(0.0)), "D65").whiteness
     assert not black.valid

@@ -129,7 +129,7 @@ class TestFaults:
     @pytest.mark.parametrize(
         ("old", "new", "complaint"),
         [
-            ("# fluorspar-material: 1", "# something: else", "does not say that it is a material"),
+            ("# fluorspar-material: 1", "# something: else", "does not say what it holds"),
             ("material: 1", "material: 2", "unknown version"),
             ("emission_2,excitation_2", "emission_2,x", "unknown columns"),
             (

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fluorspar.bispectral.files.donaldson_csv import read_donaldson_csv
+from fluorspar.bispectral.files.registry import read_matrix
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, MaterialError, SpectrumError
@@ -234,7 +234,7 @@ class TestFaults:
             MeasuredMatrix(EMISSION, EXCITATION, cells)
 
 
-FILE = "# quantity: {quantity}\n# step: {step}\nemission\\excitation,{columns}\n400,0.5,0\n410,0.2,0.6\n"
+FILE = "# quantity: {quantity}\n# step: {step}\nemission\\excitation,{columns}\n400,0.5,0\n410,0.02,0.6\n"
 
 
 def written(folder: Path, quantity: str = "band", step: str = "10", columns: str = "400,410") -> Path:
@@ -244,9 +244,9 @@ def written(folder: Path, quantity: str = "band", step: str = "10", columns: str
 
 
 class TestFile:
-    @pytest.mark.parametrize(("quantity", "cell"), [("band", 0.2), ("density", 2.0)])
+    @pytest.mark.parametrize(("quantity", "cell"), [("band", 0.02), ("density", 0.2)])
     def test_quantities(self, tmp_path, quantity: str, cell: float) -> None:
-        matrix = read_donaldson_csv(written(tmp_path, quantity))
+        matrix = read_matrix(written(tmp_path, quantity))
         assert matrix.cells.tolist() == [[0.5, 0], [cell, 0.6]]
         assert (matrix.emission.tolist(), matrix.excitation.tolist()) == ([400, 410], [400, 410])
 
@@ -263,12 +263,12 @@ class TestFile:
     )
     def test_malformed(self, tmp_path, parts: dict[str, str], complaint: str) -> None:
         with pytest.raises(MaterialError, match=complaint):
-            read_donaldson_csv(written(tmp_path, **parts))
+            read_matrix(written(tmp_path, **parts))
 
     def test_missing_header_and_missing_file(self, tmp_path) -> None:
         file = written(tmp_path)
         file.write_text("# quantity: band\n# step: 10\n400,0.5,0\n410,0.2,0.6\n")
         with pytest.raises(MaterialError, match="does not name every column"):
-            read_donaldson_csv(file)
+            read_matrix(file)
         with pytest.raises(MaterialError, match="does not exist"):
-            read_donaldson_csv(tmp_path / "none.csv")
+            read_matrix(tmp_path / "none.csv")

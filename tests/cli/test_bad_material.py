@@ -62,7 +62,7 @@ class TestUnknown:
         fluorspar.write("mine.csv", "400,0.5\n700,0.5\n")
         said = fluorspar.refuses(GOOD, "--material", "ball=mine.csv")
         assert said.says(
-            "does not say that it is a material",
+            "does not say what it holds",
             "where: mine.csv",
             "expected: a line '# fluorspar-material: 1'",
         )

@@ -47,10 +47,10 @@ def test_folder_is_missing(fluorspar: CommandLine) -> None:
 def test_suffix_is_unknown(fluorspar: CommandLine, name: str) -> None:
     said = fluorspar.refuses(GOOD, "-o", name)
     assert said.says(
-        "the suffix names no image format",
+        "this kind of file cannot be written",
         "where: --output",
         f"got: {name}",
-        "expected: .nc, .exr, .png",
+        "expected: .nc, .exr, .hdr, .png",
         "fix: rename the file",
     )
 

@@ -17,6 +17,7 @@ from PIL import Image
 import fluorspar as package
 from fluorspar import COMPONENTS, SpectralImage
 from fluorspar.cli.main import app
+from fluorspar.image.formats.registry import SUFFIXES_WRITTEN
 from fluorspar.scene.builtin import BUILTIN
 
 
@@ -30,11 +31,16 @@ def commands(group: Any, path: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
 
 class TestRender:
     def test_all_formats_and_pictures(self, fluorspar: CommandLine) -> None:
-        outputs = ("-o", "box.nc", "-o", "box.exr", "-o", "box.png")
+        outputs = [part for suffix in SUFFIXES_WRITTEN for part in ("-o", f"box{suffix}")]
         done = fluorspar("render", "cornell-box", *QUICK, *outputs, "--pictures", "pictures/of/box")
-        assert (done.code, done.err) == (0, "")
-        for name in ("box.nc", "box.exr", "box.png"):
-            assert f"wrote {name}" in done.out
+        assert done.code == 0
+        assert done.err.splitlines() == [
+            "warning: an ENVI file holds one quantity: the total was written (see --component)"
+        ]
+        for suffix in SUFFIXES_WRITTEN:
+            assert f"wrote box{suffix}" in done.out
+        with SpectralImage.open("box.nc") as image, SpectralImage.open("box.hdr") as total:
+            np.testing.assert_array_equal(image.total(), total.total())
         with SpectralImage.open("box.nc") as image, SpectralImage.open("box.exr") as same:
             assert image.shape == (7, 8, 8, 16)
             assert image.attrs["spp"] == 4
@@ -170,9 +176,15 @@ class TestInfo:
             ),
             ("old.nc", ("old.nc",)),
             ("old.exr", ("old.exr",)),
+            (
+                "notes.txt",
+                ("not an image, a scene or a material", "expected: .nc, .exr, .hdr, .xml, .csv, .bfc"),
+            ),
+            ("old.png", ("not an image, a scene or a material", "where: old.png")),
         ],
     )
     def test_nothing_of_the_kind(self, fluorspar: CommandLine, name: str, message: tuple[str, ...]) -> None:
+        fluorspar.write("notes.txt", "wavelength,reflectance\n300,0.5\n780,0.5")
         done = fluorspar("info", name)
         assert done.code == 2
         assert done.says("error: ", *message)

@@ -108,9 +108,6 @@ def test_integral_over_uneven_samples() -> None:
 
 def test_scaling() -> None:
     assert RAMP.scaled(2).values.tolist() == [0, 2, 1]
-    assert RAMP.scaled_to(3.0, at=450).at(500) == 6
-    with pytest.raises(SpectrumError, match="is 0 there"):
-        RAMP.scaled_to(1.0, at=400)
 
 
 class TestAsSpectrum:

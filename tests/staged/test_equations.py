@@ -46,8 +46,3 @@ def test_eq_10_adds_up_objects_and_eq_13_components():
 def test_eq_12_a_surface_without_luminescence_keeps_1_3_and_5():
     plain = DonaldsonMatrix(GRID, [0.5, 0.5, 0.5])
     assert not equations.luminescence(plain, [1.0, 2.0, 3.0]).any()
-
-
-def test_the_figure_of_merit_is_relative_to_the_mean():
-    """By hand: differences 1 and 3, so sqrt(5); mean of the reference 4."""
-    assert equations.relative_rmse([4.0, 7.0], [3.0, 4.0]) == pytest.approx(np.sqrt(5) / 3.5)

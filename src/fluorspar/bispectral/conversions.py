@@ -11,12 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import MaterialError, message
-from fluorspar.spectral.spectrum import trapezoid
 
 __all__ = [
     "Stokes",
     "density_from_band",
-    "from_unit_norm",
     "stokes_weights",
     "to_unit_norm",
 ]
@@ -79,48 +77,9 @@ def to_unit_norm(emission: ArrayLike, excitation: ArrayLike, step: float) -> tup
     """
     beta = np.asarray(excitation, dtype=np.float64)
     norm = np.sqrt(np.sum(beta**2, axis=-1, keepdims=True))
-    _refuse_zero(norm)
-    return np.asarray(emission, dtype=np.float64) * (norm * step), beta / norm
-
-
-def from_unit_norm(emission: ArrayLike, excitation: ArrayLike, wavelengths: Array) -> tuple[Array, Array]:
-    """Convert factors from Eq. 2 of the paper: beta gets integral 1 (trapezoid rule) over `wavelengths`.
-
-    The inverse of `to_unit_norm` if beta ends within the wavelengths. Any other norm of beta is taken too, as
-    long as alpha beta^T is band-weighted.
-
-    Parameters
-    ----------
-    emission, excitation : array_like of shape (..., N)
-        alpha' and beta', dimensionless.
-    wavelengths : ndarray of shape (N,)
-        In nm, evenly spaced.
-
-    Returns
-    -------
-    emission, excitation : ndarray of shape (..., N)
-        alpha, dimensionless, and beta, 1/nm.
-
-    Raises
-    ------
-    MaterialError
-        If a beta is 0 everywhere.
-
-    Examples
-    --------
-    >>> from_unit_norm([0.0, 0.0, 0.5], [0.0, 1.0, 0.0], np.array([400.0, 410.0, 420.0]))
-    (array([0. , 0. , 0.5]), array([0. , 0.1, 0. ]))
-    """
-    beta = np.asarray(excitation, dtype=np.float64)
-    integral = np.apply_along_axis(trapezoid, -1, beta, wavelengths)[..., None]
-    _refuse_zero(integral)
-    step = (wavelengths[-1] - wavelengths[0]) / (len(wavelengths) - 1)
-    return np.asarray(emission, dtype=np.float64) * (integral / step), beta / integral
-
-
-def _refuse_zero(norm: Array) -> None:
     if np.any(norm == 0):
         raise MaterialError(message("an excitation spectrum that is 0 everywhere cannot be normalised"))
+    return np.asarray(emission, dtype=np.float64) * (norm * step), beta / norm
 
 
 def density_from_band(matrix: Array, step: float) -> tuple[Array, Array]:

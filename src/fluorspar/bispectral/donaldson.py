@@ -12,9 +12,7 @@ from fluorspar.bispectral.checks import check_photon_yield, check_stokes_side, p
 from fluorspar.bispectral.conversions import (
     Stokes,
     density_from_band,
-    from_unit_norm,
     stokes_weights,
-    to_unit_norm,
 )
 from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -140,21 +138,6 @@ class DonaldsonMatrix:
         reflectance, density = density_from_band(np.asarray(matrix, dtype=np.float64), wavelengths.step)
         return cls(wavelengths, reflectance, luminescent=density)
 
-    @classmethod
-    def from_density(cls, matrix: ArrayLike, wavelengths: Wavelengths) -> DonaldsonMatrix:
-        """Take a density matrix: diagonal S, elsewhere D_L in 1/nm; ndarray of shape (N, N).
-
-        Examples
-        --------
-        >>> DonaldsonMatrix.from_density([[0.5, 0], [0.02, 0.4]], Wavelengths(400, 410, 10)).band()
-        array([[0.5, 0. ],
-               [0.2, 0.4]])
-        """
-        density = np.array(matrix, dtype=np.float64)
-        reflectance = np.diagonal(density).copy()
-        np.fill_diagonal(density, 0.0)
-        return cls(wavelengths, reflectance, luminescent=density)
-
     @property
     def is_fluorescent(self) -> bool:
         """Whether D_L has any value other than 0 on this grid."""
@@ -278,19 +261,6 @@ class DonaldsonMatrix:
         """
         return np.asarray(self.reflectance + self.wavelengths.step * self.density().sum(axis=0))
 
-    def stokes_violation(self) -> float:
-        """Return the largest share of the light of one wavelength that leaves at shorter wavelengths.
-
-        Measured matrices have up to 0.1 from noise alone.
-
-        Examples
-        --------
-        >>> grid = Wavelengths(400, 500, 100)
-        >>> DonaldsonMatrix.from_band([[0.1, 0.02], [0.4, 0.7]], grid).stokes_violation()
-        0.02
-        """
-        return float((self.wavelengths.step * np.triu(self.density(), 1)).sum(axis=0).max())
-
     def check(self, name: str = "", *, orientation: bool = True) -> DonaldsonMatrix:
         """Return the matrix as it is if a real surface could have it.
 
@@ -335,67 +305,6 @@ class DonaldsonMatrix:
             check_stokes_side(self.wavelengths.step * self.density(), grid, grid, where)
         check_photon_yield(self.photon_yield(), grid, where)
         return self
-
-    def paper_matrix(self, emission: tuple[float, float] = (400.0, 700.0)) -> Array:
-        """Return the matrix of Eq. 1 of the paper, band-weighted: rows of one emission range, all columns.
-
-        Eq. 1 holds 61 x 69 numbers, emission 400-700 nm by excitation 360-700 nm. It is that to the letter
-        with `stokes="strict"`.
-
-        Parameters
-        ----------
-        emission : (float, float)
-            First and last emission wavelength in nm.
-
-        Returns
-        -------
-        ndarray of shape (M, N)
-
-        Examples
-        --------
-        >>> DonaldsonMatrix(Wavelengths(), np.full(69, 0.5)).paper_matrix().shape
-        (61, 69)
-        """
-        values = self.wavelengths.values
-        rows = (values >= emission[0] - _ROUNDING) & (values <= emission[1] + _ROUNDING)
-        return self.band()[rows]
-
-    def unit_norm_factors(self) -> tuple[Array, Array]:
-        """Return alpha and beta in the normalisation of Eq. 2 of the paper, see `to_unit_norm`.
-
-        Returns
-        -------
-        emission, excitation : ndarray of shape (K, N)
-
-        Examples
-        --------
-        >>> D = DonaldsonMatrix(Wavelengths(400, 410, 10), [0.5, 0.5], [[0.2, 0.4]], [[0.1, 0]])
-        >>> D.unit_norm_factors()
-        (array([[0.2, 0.4]]), array([[1., 0.]]))
-        """
-        return to_unit_norm(self.emission, self.excitation, self.wavelengths.step)
-
-    @classmethod
-    def from_unit_norm_factors(
-        cls,
-        wavelengths: Wavelengths,
-        reflectance: ArrayLike,
-        emission: ArrayLike,
-        excitation: ArrayLike,
-        stokes: Stokes = "half",
-    ) -> DonaldsonMatrix:
-        """Take S, alpha and beta as Eqs. 1 and 2 of the paper have them, see `from_unit_norm`.
-
-        Examples
-        --------
-        >>> grid = Wavelengths(400, 410, 10)
-        >>> D = DonaldsonMatrix.from_unit_norm_factors(grid, [0.5, 0.5], [[0, 0.3]], [[1, 0]])
-        >>> D.band()
-        array([[0.5, 0. ],
-               [0.3, 0.5]])
-        """
-        alpha, beta = from_unit_norm(np.atleast_2d(emission), np.atleast_2d(excitation), wavelengths.values)
-        return cls(wavelengths, np.asarray(reflectance, float), alpha, beta, stokes=stokes)
 
 
 def weighted_matrices(terms: Sequence[tuple[float, DonaldsonMatrix]]) -> DonaldsonMatrix:

@@ -9,7 +9,7 @@ from fluorspar.bispectral.conditions import measurement_condition
 from fluorspar.bispectral.lamp import WIDE, grid_for, lamp_on
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.shown_colour import LampColour
-from fluorspar.colour.observers import CIE_1931
+from fluorspar.colour.observers import CIE_1931, observer_named
 from fluorspar.colour.xyz import observer_weights
 from fluorspar.errors import SpectrumError, message
 from fluorspar.spectral.spectrum import Spectrum
@@ -25,7 +25,7 @@ def colour_under_lamp(
     lamp: str | Spectrum = "D65",
     *,
     uv_cut: float | None = None,
-    observer: str = CIE_1931,
+    observer: str | int = CIE_1931,
     wavelengths: Wavelengths | None = None,
 ) -> LampColour:
     """Return the colour of a material under a lamp.
@@ -40,8 +40,8 @@ def colour_under_lamp(
         Name of an illuminant, or a spectrum, in any unit.
     uv_cut : float, optional
         Take away what the lamp gives below this wavelength in nm, sharply, as with an ideal filter.
-    observer : str
-        Name of the colour matching functions.
+    observer : str or int
+        2 or 10 (degrees), or a name, see `observer_named`.
     wavelengths : Wavelengths, optional
         The grid; the light of all its wavelengths excites. 300-780 nm by 5 by default, or as fine as the lamp is
         tabulated, down to 1 nm.
@@ -86,7 +86,7 @@ def colour_under_condition(
     material: Material,
     condition: str = "M1",
     *,
-    observer: str = CIE_1931,
+    observer: str | int = CIE_1931,
     wavelengths: Wavelengths = WIDE,
 ) -> LampColour:
     """Return the colour of a material as ISO 13655 wants it measured and calculated.
@@ -99,8 +99,8 @@ def colour_under_condition(
     material : Material
     condition : str
         "M0", "M1" or "M2" (see `MeasurementCondition`).
-    observer : str
-        Name of the colour matching functions; ISO 13655 wants CIE 1931.
+    observer : str or int
+        2 or 10 (degrees), or a name, see `observer_named`; ISO 13655 wants CIE 1931.
     wavelengths : Wavelengths
 
     Returns
@@ -130,10 +130,16 @@ def colour_under_condition(
 
 
 def _shown(
-    material: Material, light: Array, viewed_in: Array | None, lamp: str, grid: Wavelengths, observer: str
+    material: Material,
+    light: Array,
+    viewed_in: Array | None,
+    lamp: str,
+    grid: Wavelengths,
+    observer: str | int,
 ) -> LampColour:
     D = material.on(grid)
-    if not np.all(light @ observer_weights(grid, observer) > 0):
+    seen_by = observer_named(observer)
+    if not np.all(light @ observer_weights(grid, seen_by) > 0):
         fault = "nobody sees this light, so no colour can be named relative to its white"
         raise SpectrumError(
             message(
@@ -142,4 +148,4 @@ def _shown(
                 expected="light of short, medium and long wavelengths between 380 and 780 nm",
             )
         )
-    return LampColour(grid, lamp, light, D.reflect(light), D.apply_luminescent(light), viewed_in, observer)
+    return LampColour(grid, lamp, light, D.reflect(light), D.apply_luminescent(light), viewed_in, seen_by)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fluorspar.bispectral.checks import MOST_PHOTON_YIELD, SPARE_PHOTONS, check_stokes_side, photon_yield
 from fluorspar.bispectral.conversions import Stokes
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
-from fluorspar.bispectral.noise import estimate_noise, stokes_shift
+from fluorspar.bispectral.matrix_noise import estimate_noise, stokes_shift
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, MaterialError, message
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.colour.adaptation import adapt_to_d65
+from fluorspar.colour.observers import CIE_1931, CIE_1964
 from fluorspar.colour.whiteness import Whiteness, cie_whiteness
 from fluorspar.colour.xyz import SRGB_FROM_XYZ, lab_from_xyz, observer_weights, srgb_from_xyz
 from fluorspar.spectral.illuminants import illuminant
@@ -37,7 +38,7 @@ class LampColour:
     viewed_in : ndarray of shape (N,) or None
         The light of the tristimulus sums: D50 under a measurement condition; None for `light` itself.
     observer : str
-        Name of the colour matching functions.
+        One of `fluorspar.colour.observers.OBSERVERS`.
     """
 
     grid: Wavelengths
@@ -121,6 +122,8 @@ class LampColour:
     @property
     def whiteness(self) -> Whiteness:
         """CIE whiteness and tint; see `cie_whiteness`. They are meant for D65, and not valid in another white."""
+        if self.observer not in (CIE_1931, CIE_1964):
+            return Whiteness(math.nan, math.nan, ("it is defined for CIE 1931 and CIE 1964 only",))
         whiteness = cie_whiteness(self.xyz, self.white, self.observer)
         weights = observer_weights(self.grid, self.observer)
         daylight = illuminant("D65").on(self.grid, outside="zero") @ weights

@@ -9,6 +9,8 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.options import white_of
+from fluorspar.cli.outputs import warn_of_envi
+from fluorspar.image.formats.registry import SUFFIXES, SUFFIXES_WRITTEN
 
 __all__ = ["convert"]
 
@@ -24,8 +26,10 @@ _EXAMPLES = """Examples:
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(metavar="IN", help="A spectral image (.nc, .exr, .hdr).")],
-    target: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .exr, .hdr, .png.")],
+    source: Annotated[Path, typer.Argument(metavar="IN", help=f"A spectral image ({', '.join(SUFFIXES)}).")],
+    target: Annotated[
+        Path, typer.Argument(metavar="OUT", help=f"File to write: {', '.join(SUFFIXES_WRITTEN)}.")
+    ],
     component: Annotated[
         str | None,
         typer.Option(help="Only a component, or the sum single_bounce, reflected, luminescent."),
@@ -55,11 +59,10 @@ def convert(
     from fluorspar.image.converted import ASSUMED, converted
     from fluorspar.image.display.picture import write_png
     from fluorspar.image.formats.envi import data_file
-    from fluorspar.image.formats.registry import SUFFIXES
     from fluorspar.image.spectral_image import SpectralImage
     from fluorspar.spectral.wavelengths import Wavelengths
 
-    check_files([target], (*SUFFIXES, ".png"))
+    check_files([target], SUFFIXES_WRITTEN)
     if component is not None and total:
         raise OptionError(message("--component and --total exclude each other"))
     kind = target.suffix.lower()
@@ -79,8 +82,7 @@ def convert(
             write_png(result.dataset, target, white=None if white is None else white_of(white))
         else:
             result.save(target)
-        if kind == ".hdr" and len(result.components) > 1:
-            console.warning("an ENVI file holds one quantity: the total was written (see --component)")
+        warn_of_envi(result, target)
     console.out.print(f"wrote {text_of(target)}", markup=False, highlight=False)
 
 

@@ -7,8 +7,10 @@ from typing import Annotated
 
 import typer
 
+from fluorspar.bispectral.files.registry import SUFFIXES as MATERIALS
 from fluorspar.cli import console
 from fluorspar.errors import OptionError, message
+from fluorspar.image.formats.registry import SUFFIXES as IMAGES
 
 __all__ = ["info"]
 
@@ -17,7 +19,8 @@ def info(
     file: Annotated[
         str,
         typer.Argument(
-            help="A spectral image (.nc, .exr, .hdr), a scene (.xml or built-in) or a material (.csv, .bfc, or a name)."
+            help=f"A spectral image ({', '.join(IMAGES)}), a scene (.xml or built-in) "
+            f"or a material ({', '.join(MATERIALS)}, or a name)."
         ),
     ],
 ) -> None:
@@ -25,11 +28,10 @@ def info(
 
     Example:  fluorspar info box.nc
     """
-    from fluorspar.image.formats.registry import SUFFIXES
     from fluorspar.scene.builtin import BUILTIN
 
     suffix = Path(file).suffix.lower()
-    if suffix in SUFFIXES:
+    if suffix in IMAGES:
         from fluorspar.image.spectral_image import SpectralImage
 
         with SpectralImage.open(file) as image:
@@ -40,12 +42,12 @@ def info(
         from fluorspar.scene.loading import load_scene
 
         console.out.print(str(load_scene(file)), markup=False, highlight=False)
-    elif Path(file).is_dir() or (Path(file).exists() and suffix not in (".csv", ".bfc", ".txt")):
+    elif Path(file).is_dir() or (Path(file).exists() and suffix not in MATERIALS):
         raise OptionError(
             message(
                 "this is not an image, a scene or a material",
                 where=file,
-                expected=".nc, .exr, .hdr, .xml, .csv, .bfc",
+                expected=", ".join((*IMAGES, ".xml", *MATERIALS)),
             )
         )
     else:

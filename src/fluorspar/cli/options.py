@@ -135,13 +135,13 @@ def material_files(text: str, folders: Sequence[Path]) -> list[Path]:
         *folders,
         *(Path(folder) for folder in os.environ.get(ENVIRONMENT, "").split(os.pathsep) if folder),
     ]
-    found = []
+    paths = []
     for name in filter(None, names):
-        found += [
+        paths += [
             Path(name),
             *(folder / f"{name}{suffix}" for folder in known for suffix in SUFFIXES),
         ]
-    return found
+    return paths
 
 
 def limits_of(texts: Sequence[str]) -> dict[str, float]:
@@ -227,10 +227,10 @@ def staged_options(method: str, **given: Any) -> StagedOptions | None:
     OptionError
         If one is given for another method, or out of range.
     """
-    chosen = {name: value for name, value in given.items() if value is not None}
+    options = {name: value for name, value in given.items() if value is not None}
     if method != "staged":
-        if chosen:
-            option = "--" + next(iter(chosen)).replace("_", "-").replace("mode", "emitter-mode")
+        if options:
+            option = "--" + next(iter(options)).replace("_", "-").replace("mode", "emitter-mode")
             raise OptionError(
                 message(
                     "an option of the staged method is given",
@@ -241,7 +241,7 @@ def staged_options(method: str, **given: Any) -> StagedOptions | None:
         return None
     from fluorspar.staged.options import StagedOptions
 
-    return StagedOptions(**chosen)
+    return StagedOptions(**options)
 
 
 def mesh_parameter(scene: str, mesh: Path | None, defined: Mapping[str, str]) -> dict[str, str]:

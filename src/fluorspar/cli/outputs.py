@@ -9,7 +9,7 @@ from fluorspar.cli import console
 from fluorspar.cli.targets import stream_target
 from fluorspar.image.spectral_image import SpectralImage
 
-__all__ = ["print_timings", "write_outputs"]
+__all__ = ["print_timings", "warn_of_envi", "write_outputs"]
 
 
 def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path | None) -> None:
@@ -22,6 +22,7 @@ def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path 
         if path != streamed:
             with console.err.status(f"writing {path}"):
                 image.save(path)
+            warn_of_envi(image, path)
         console.out.print(f"wrote {path}", markup=False, highlight=False)
     if pictures is not None:
         with console.err.status(f"writing pictures into {pictures}"):
@@ -29,6 +30,12 @@ def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path 
         console.out.print(
             f"wrote a picture of every component into {pictures}", markup=False, highlight=False
         )
+
+
+def warn_of_envi(image: SpectralImage, path: Path) -> None:
+    """Say so if a file that was written holds the total of an image that is split into components."""
+    if path.suffix.lower() == ".hdr" and len(image.components) > 1:
+        console.warning("an ENVI file holds one quantity: the total was written (see --component)")
 
 
 def print_timings(image: SpectralImage) -> None:

@@ -11,6 +11,8 @@ from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
 from fluorspar.cli.options import LibraryOption, mesh_parameter, pairs, size_of, staged_options
 from fluorspar.cli.outputs import print_timings
+from fluorspar.image.formats.registry import SUFFIXES_WRITTEN
+from fluorspar.scene.objects.mesh_file import FORMATS as MESHES
 
 __all__ = ["render"]
 
@@ -34,7 +36,7 @@ def render(
         typer.Option(
             "-o",
             "--output",
-            help="File to write; the suffix picks the format: .nc, .exr, .png. May be repeated.",
+            help=f"File to write; the suffix picks the format: {', '.join(SUFFIXES_WRITTEN)}. May be repeated.",
         ),
     ],
     spp: Annotated[int | None, typer.Option(help="Samples per pixel. [default: the scene's]")] = None,
@@ -86,7 +88,7 @@ def render(
     threads: Annotated[int | None, typer.Option(help="Threads to use. [default: all cores]")] = None,
     mesh: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Mesh to put into cornell-mesh: OBJ, PLY, STL or glTF."),
+        typer.Option(metavar="FILE", help=f"Mesh to put into cornell-mesh ({', '.join(MESHES)})."),
     ] = None,
     emitters: Annotated[
         int | None, typer.Option(help="staged: N x N emitters on a planar surface. [default: 8]")
@@ -128,7 +130,7 @@ def render(
 ) -> None:
     """Render a scene into a spectral image, split into components."""
     from fluorspar.cli.outputs import write_outputs
-    from fluorspar.cli.targets import check_outputs, stream_target
+    from fluorspar.cli.targets import check_files, check_pictures, stream_target
     from fluorspar.rendering import render as render_scene
     from fluorspar.scene.loading import load_scene
 
@@ -144,7 +146,8 @@ def render(
         keep_intermediate=keep_intermediate,
         repeats=repeats,
     )
-    check_outputs(output, pictures, (scene, mesh))
+    check_files(output, SUFFIXES_WRITTEN, (scene, mesh))
+    check_pictures(pictures)
     defined = pairs(define or [], "-D")
     loaded = load_scene(
         scene,

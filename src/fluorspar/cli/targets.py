@@ -5,22 +5,42 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from fluorspar.bispectral.files.registry import SUFFIXES_WRITTEN
 from fluorspar.errors import OptionError, message
 from fluorspar.files.writing import check_not_input, check_target
 
-__all__ = ["check_files", "check_material_target", "check_outputs", "check_plot", "stream_target"]
+__all__ = [
+    "FIGURES",
+    "check_files",
+    "check_material_target",
+    "check_pictures",
+    "check_plot",
+    "check_suffix",
+    "stream_target",
+]
 
-_IMAGES = (".nc", ".exr", ".png")
-_FIGURES = (".png", ".pdf", ".svg")
+FIGURES = (".png", ".pdf", ".svg")
+"""Suffixes of figures."""
 
 
-def check_files(paths: Sequence[Path], suffixes: tuple[str, ...]) -> None:
-    """Find out before any work whether the files can be written.
+def check_files(
+    paths: Sequence[Path], suffixes: Sequence[str], inputs: Sequence[str | Path | None] = ()
+) -> None:
+    """Find out before any work whether the files of `--output` can be written.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The files.
+    suffixes : sequence of str
+        Those that can be written.
+    inputs : sequence of str or Path or None
+        Files that are read, which are not to be overwritten.
 
     Raises
     ------
     OptionError
-        If a suffix is none of those known, or a file is named twice.
+        If a suffix is none of those known, a file is named twice, or is one that is read.
     ImageError
         If a folder does not exist or may not be written to.
 
@@ -29,54 +49,41 @@ def check_files(paths: Sequence[Path], suffixes: tuple[str, ...]) -> None:
     >>> check_files([Path("report.html")], (".html",))
     """
     for path in paths:
-        if path.suffix.lower() not in suffixes:
-            expected = ", ".join(suffixes)
-            raise OptionError(
-                message("this kind of file cannot be written", where="--output", got=path, expected=expected)
-            )
+        check_suffix(path, suffixes, "--output")
         check_target(path)
-    if len(set(paths)) < len(paths):
-        raise OptionError(
-            message("a file is to be written twice", where="--output", got=", ".join(map(str, paths)))
-        )
+        check_not_input(path, *inputs)
+    if len({path.resolve() for path in paths}) < len(paths):
+        fault, got = "a file is to be written twice", ", ".join(map(str, paths))
+        raise OptionError(message(fault, where="--output", got=got, fix="name each file once"))
 
 
-def check_outputs(
-    outputs: Sequence[Path], pictures: Path | None, inputs: Sequence[str | Path | None] = ()
-) -> None:
-    """Find out before rendering whether the files can be written.
+def check_suffix(path: Path, suffixes: Sequence[str], option: str) -> None:
+    """Check that a kind of file can be written.
 
     Raises
     ------
     OptionError
-        If a suffix is none of the formats, a file is named twice, or is one that is read.
-    ImageError
-        If a folder does not exist or may not be written to.
+        If the suffix is none of those known.
+
+    Examples
+    --------
+    >>> check_suffix(Path("box.NC"), (".nc", ".exr"), "--output")
     """
-    for path in outputs:
-        if path.suffix.lower() not in _IMAGES:
-            raise OptionError(
-                message(
-                    "the suffix names no image format",
-                    where="--output",
-                    got=path,
-                    expected=", ".join(_IMAGES),
-                    fix="rename the file",
-                )
-            )
-        check_target(path)
-        check_not_input(path, *inputs)
-    if len({path.resolve() for path in outputs}) < len(outputs):
-        raise OptionError(
-            message(
-                "a file is to be written twice",
-                where="--output",
-                got=", ".join(map(str, outputs)),
-                fix="name each file once",
-            )
-        )
-    if pictures is not None:
-        there = next(folder for folder in (pictures, *pictures.absolute().parents) if folder.exists())
+    if path.suffix.lower() not in suffixes:
+        fault, expected, fix = "this kind of file cannot be written", ", ".join(suffixes), "rename the file"
+        raise OptionError(message(fault, where=option, got=path, expected=expected, fix=fix))
+
+
+def check_pictures(folder: Path | None) -> None:
+    """Find out before rendering whether pictures can be written into a folder, which need not exist.
+
+    Raises
+    ------
+    OptionError
+        If it is a file, or within one.
+    """
+    if folder is not None:
+        there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
         if not there.is_dir():
             raise OptionError(
                 message("the pictures need a folder", where="--pictures", got=f"{there}, a file")
@@ -100,10 +107,7 @@ def check_plot(path: Path | None) -> None:
     """
     if path is None:
         return
-    if path.suffix.lower() not in _FIGURES:
-        expected = ", ".join(_FIGURES)
-        fault, fix = "the suffix names no format of figures", "rename the file"
-        raise OptionError(message(fault, where="--plot", got=path, expected=expected, fix=fix))
+    check_suffix(path, FIGURES, "--plot")
     check_target(path)
 
 
@@ -113,12 +117,10 @@ def check_material_target(path: Path, *inputs: str | Path | None) -> None:
     Raises
     ------
     OptionError
-        If it is no `.csv` file, or one of the files that are read.
+        If it is no kind of material file that is written, or one of the files that are read.
     ImageError
         If the folder does not exist or may not be written to.
     """
-    if path.suffix.lower() != ".csv":
-        fault = "a material file is a .csv file"
-        raise OptionError(message(fault, where="--output", got=path, fix=f"write {path.stem}.csv"))
+    check_suffix(path, SUFFIXES_WRITTEN, "--output")
     check_target(path)
     check_not_input(path, *inputs)

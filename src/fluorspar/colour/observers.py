@@ -11,23 +11,31 @@ from fluorspar.errors import OptionError, message
 from fluorspar.files.tables import read_table
 from fluorspar.spectral.colour_science import colour_science
 
-__all__ = ["CIE_1931", "CIE_1964", "matching_functions", "observer_named"]
+__all__ = ["CIE_1931", "CIE_1964", "OBSERVERS", "matching_functions", "observer_named"]
 
 Array = NDArray[np.float64]
 
 CIE_1931 = "CIE 1931 2 Degree Standard Observer"
 CIE_1964 = "CIE 1964 10 Degree Standard Observer"
 
+OBSERVERS = (
+    CIE_1931,
+    CIE_1964,
+    "CIE 2015 2 Degree Standard Observer",
+    "CIE 2015 10 Degree Standard Observer",
+)
+"""Those whose functions are CIE XYZ: CIELAB and sRGB mean nothing in cone fundamentals or RGB functions."""
+
 _OF_DEGREES = {"2": CIE_1931, "10": CIE_1964}
 
 
-def observer_named(text: str, where: str | None = None) -> str:
+def observer_named(observer: str | int, where: str | None = None) -> str:
     """Return the full name of an observer.
 
     Parameters
     ----------
-    text : str
-        "2" or "10", degrees, of the CIE observers of 1931 and 1964; or a name in colour-science.
+    observer : str or int
+        2 or 10, degrees, of the CIE observers of 1931 and 1964; or one of `OBSERVERS`, in any case.
     where : str, optional
         The option, for messages.
 
@@ -38,24 +46,25 @@ def observer_named(text: str, where: str | None = None) -> str:
 
     Examples
     --------
-    >>> observer_named("10")
-    'CIE 1964 10 Degree Standard Observer'
+    >>> observer_named("10"), observer_named("cie 2015 2 degree standard observer")
+    ('CIE 1964 10 Degree Standard Observer', 'CIE 2015 2 Degree Standard Observer')
     """
-    name = _OF_DEGREES.get(text, text)
-    if name in _OF_DEGREES.values() or name in colour_science().MSDS_CMFS:  # a second to import
-        return name
-    expected = f"{' or '.join(_OF_DEGREES)}; or a name: {', '.join(sorted(colour_science().MSDS_CMFS))}"
+    text = str(observer).strip()
+    names = _OF_DEGREES | {name.casefold(): name for name in OBSERVERS}
+    if text.casefold() in names:
+        return names[text.casefold()]
+    expected = f"{' or '.join(_OF_DEGREES)} (degrees); or a name: {', '.join(OBSERVERS)}"
     raise OptionError(message("there is no such observer", where=where, got=repr(text), expected=expected))
 
 
-def matching_functions(observer: str) -> tuple[Array, Array]:
-    """Return the colour matching functions of an observer.
+def matching_functions(observer: str | int) -> tuple[Array, Array]:
+    """Return the colour matching functions of an observer, CIE XYZ.
 
     The CIE 1931 table comes with the package, those of others from colour-science.
 
     Parameters
     ----------
-    observer : str
+    observer : str or int
         As for `observer_named`.
 
     Returns

@@ -51,7 +51,7 @@ def observer_weights(grid: Wavelengths, observer: str = CIE_1931) -> Array:
         N wavelengths. The sum runs over those within the observer's table (360-830 nm for CIE 1931); the
         weight of others is 0.
     observer : str
-        Name of the colour matching functions in colour-science; interpolated linearly, from 1 nm steps.
+        As for `observer_named`; its functions are interpolated linearly, from 1 nm steps.
 
     Returns
     -------

@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import FluorsparError, SpectrumError, message
 
-__all__ = ["Table", "parse_table", "read_table", "read_text", "table_of_lines"]
+__all__ = ["SUFFIXES", "Table", "parse_table", "read_table", "read_text", "table_of_lines"]
+
+SUFFIXES = (".csv", ".txt")
+"""Of files that hold a table."""
 
 _LARGEST = 10_000_000  # bytes; a measured matrix has 25 kB
 _KEY = re.compile(r"^#\s*([A-Za-z][\w-]*)\s*:\s*(.*)$")

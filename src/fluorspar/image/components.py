@@ -1,7 +1,6 @@
 """The components of a spectral image: what the light did on its way to the camera.
 
-Symbols are those of Tominaga, Guarnera, Ohtera, IEEE TVCG 2026, doi 10.1109/TVCG.2026.3668980: S is the
-reflected and D_L the luminescent radiance factor, E the illumination (irradiance / pi).
+"The paper" is Tominaga, Guarnera, Ohtera, IEEE TVCG 2026, doi 10.1109/TVCG.2026.3668980.
 """
 
 from __future__ import annotations
@@ -37,34 +36,25 @@ class Component:
         Its number k in y_k.
     name : str
         Its name in data sets, files and on the command line.
-    symbol : str
-        The paper's expression for it.
     meaning : str
         What it is, in one line.
     """
 
     number: int
     name: str
-    symbol: str
     meaning: str
 
 
 DEFINITIONS: tuple[Component, ...] = (
-    Component(0, "source", "L", "a light source seen directly"),
-    Component(1, "direct_reflection", "S E_D", "light of the sources, reflected"),
-    Component(2, "direct_luminescence", "∫ D_L E_D", "luminescence excited by light of the sources"),
-    Component(3, "indirect_reflection", "S E_I", "light that other surfaces reflected, reflected again"),
-    Component(
-        4, "indirect_luminescence", "∫ D_L E_I", "luminescence excited by light that other surfaces reflected"
-    ),
-    Component(
-        5, "luminescent_reflection", "S E_F", "light that luminesced once on another surface, reflected"
-    ),
-    Component(
-        6, "reexcitation", "S E_FF + ∫ D_L (E_F + E_FF)", "light that luminesced twice or more, on any path"
-    ),
+    Component(0, "source", "a light source seen directly"),
+    Component(1, "direct_reflection", "light of the sources, reflected"),
+    Component(2, "direct_luminescence", "luminescence excited by light of the sources"),
+    Component(3, "indirect_reflection", "light that other surfaces reflected, reflected again"),
+    Component(4, "indirect_luminescence", "luminescence excited by light that other surfaces reflected"),
+    Component(5, "luminescent_reflection", "light that luminesced once on another surface, reflected"),
+    Component(6, "reexcitation", "light that luminesced twice or more, on any path"),
 )
-"""The components in their order, 1 to 5 as in the paper's Eqs. 3-13; E_FF luminesced twice or more."""
+"""The components in their order, 1 to 5 as in the paper's Eqs. 3-13."""
 
 COMPONENTS: tuple[str, ...] = tuple(component.name for component in DEFINITIONS)
 """The names of the components in their order."""
@@ -111,8 +101,8 @@ def definition(name: str) -> Component:
 
     Examples
     --------
-    >>> definition("direct_luminescence").symbol
-    '∫ D_L E_D'
+    >>> definition("direct_luminescence").meaning
+    'luminescence excited by light of the sources'
     """
     for component in DEFINITIONS:
         if component.name == name:

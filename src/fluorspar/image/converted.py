@@ -71,21 +71,21 @@ def converted(
     target = _bands(image, wavelengths, bandwidth)
     if component is None and wavelengths is None and not bandwidth:
         return image
-    on_grid, said = _conversion(image, target)
-    chosen = select(component, image.components)
+    on_grid, steps = _conversion(image, target)
+    kept = select(component, image.components)
     if component is None:
-        names = chosen
-        layers = [on_grid(values_of(image.dataset, "radiance", component=name), False) for name in chosen]
+        names = kept
+        layers = [on_grid(values_of(image.dataset, "radiance", component=name), False) for name in kept]
     else:
-        names = chosen if len(chosen) == 1 and component == chosen[0] else (TOTAL,)
-        layers = [on_grid(add_up(image.dataset, chosen), False)]
-        said.append(f"{component} only")
-    attrs = image.attrs | (sum_of(chosen) if names == (TOTAL,) else {})
-    if said:
-        attrs["converted"] = "; ".join([attrs["converted"], *said] if "converted" in attrs else said)
+        names = kept if len(kept) == 1 and component == kept[0] else (TOTAL,)
+        layers = [on_grid(add_up(image.dataset, kept), False)]
+        steps.append(f"{component} only")
+    attrs = image.attrs | (sum_of(kept) if names == (TOTAL,) else {})
+    if steps:
+        attrs["converted"] = "; ".join([attrs["converted"], *steps] if "converted" in attrs else steps)
     if bandwidth:
         attrs["bandwidth_nm"] = float(bandwidth)
-    error, of_components = _errors(image, component, chosen, on_grid)
+    error, of_components = _errors(image, component, kept, on_grid)
     return SpectralImage.from_arrays(
         np.stack(layers),
         target.grid,
@@ -133,7 +133,7 @@ def _conversion(image: SpectralImage, target: Bands) -> tuple[Callable[[Values, 
 def _errors(
     image: SpectralImage,
     component: str | None,
-    chosen: tuple[str, ...],
+    kept: tuple[str, ...],
     on_grid: Callable[[Values, bool], Values],
 ) -> tuple[Values | None, Values | None]:
     """Standard errors of the total and of the components that are left, None if not known."""
@@ -143,10 +143,10 @@ def _errors(
         return on_grid(values_of(held, variable, component=name), True)
 
     total = None
-    if chosen == select(None, image.components) and "standard_error" in held:
+    if kept == select(None, image.components) and "standard_error" in held:
         total = of("standard_error")
-    elif len(chosen) == 1 and "component_standard_error" in held:
-        total = of("component_standard_error", chosen[0])
+    elif len(kept) == 1 and "component_standard_error" in held:
+        total = of("component_standard_error", kept[0])
     if component is not None or "component_standard_error" not in held:
         return total, None
-    return total, np.stack([of("component_standard_error", name) for name in chosen])
+    return total, np.stack([of("component_standard_error", name) for name in kept])

@@ -150,8 +150,8 @@ def variable_attrs(name: str, attrs: Mapping[str, Any]) -> dict[str, str]:
     >>> variable_attrs("radiance", {"unit": "1", "quantity": "reflectance"})
     {'units': '1', 'long_name': 'spectral reflectance'}
     """
-    said = {} if unit_of(attrs) == NOT_STATED else {"units": unit_of(attrs)}
-    return said | {"long_name": VARIABLES[name][0].replace("radiance", quantity_of(attrs))}
+    units = {} if unit_of(attrs) == NOT_STATED else {"units": unit_of(attrs)}
+    return units | {"long_name": VARIABLES[name][0].replace("radiance", quantity_of(attrs))}
 
 
 def check_dataset(dataset: xr.Dataset, where: object = None) -> xr.Dataset:

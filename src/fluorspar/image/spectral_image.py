@@ -164,14 +164,9 @@ class SpectralImage:
         >>> SpectralImage.open(path).shape
         (7, 4, 6, 69)
         """
-        from fluorspar.image.formats.registry import SUFFIXES, suffix_among, write_image
+        from fluorspar.image.formats.registry import write_image
 
-        if suffix_among(path, (*SUFFIXES, ".png"), "written to") != ".png":
-            write_image(self.dataset, path)
-            return
-        from fluorspar.image.display.picture import write_png
-
-        write_png(self.dataset, path)
+        write_image(self.dataset, path)
 
     def load(self) -> SpectralImage:
         """Read all of the image into memory; return it."""

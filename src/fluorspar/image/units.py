@@ -119,11 +119,11 @@ def powers_of(unit: str) -> dict[str, int] | None:
     powers: dict[str, int] = {}
     for text, sign in ((above, 1), (" ".join(below), -1)):
         for factor in re.split(r"[\s.·*()]+", text.strip(" ()")):
-            found = re.fullmatch(r"([A-Za-zµμ]+)(-?\d+)?", factor)
-            if factor and (found is None or found[1] in powers):
+            power = re.fullmatch(r"([A-Za-zµμ]+)(-?\d+)?", factor)
+            if factor and (power is None or power[1] in powers):
                 return None
-            if found:
-                powers[found[1]] = sign * int(found[2] or 1)
+            if power:
+                powers[power[1]] = sign * int(power[2] or 1)
     return powers
 
 

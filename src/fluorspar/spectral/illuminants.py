@@ -30,7 +30,7 @@ def illuminant(name: str) -> Spectrum:
     Returns
     -------
     Spectrum
-        Relative: CIE tables are 100 at 560 nm. Use `Spectrum.scaled_to` for an absolute scale.
+        Relative: CIE tables are 100 at 560 nm. Use `Spectrum.scaled` for an absolute scale.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def illuminant(name: str) -> Spectrum:
     >>> d65 = illuminant("d65")
     >>> d65.at(560), d65.support
     (100.0, (300.0, 830.0))
-    >>> round(illuminant("D65").scaled_to(1.0, at=560).at(460), 5)
+    >>> round(illuminant("D65").scaled(0.01).at(460), 5)
     1.17812
     """
     wanted = name.strip().casefold()

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ExtrapolationWarning, SpectrumError, message
+from fluorspar.files import tables
 from fluorspar.files.tables import read_table
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -30,7 +31,7 @@ __all__ = [
 
 Outside = Literal["warn", "error", "zero", "hold"]
 
-SUFFIXES = (".csv", ".spd", ".txt")
+SUFFIXES = (*tables.SUFFIXES, ".spd")
 """Of files that `read_spectrum` reads."""
 
 _SAME = 1e-6  # nm; wavelengths closer than this are one
@@ -186,20 +187,6 @@ class Spectrum:
     def scaled(self, factor: float) -> Spectrum:
         """Return it with all values times `factor`."""
         return replace(self, values=self.values * factor)
-
-    def scaled_to(self, value: float, at: float = 560.0) -> Spectrum:
-        """Return it scaled to have `value` at one wavelength in nm.
-
-        Examples
-        --------
-        >>> Spectrum([500, 600], [50.0, 150.0]).scaled_to(1.0, at=550).values
-        array([0.5, 1.5])
-        """
-        here = self.at(at)
-        if here == 0:
-            where = f"{self.title}, {at:g} nm"
-            raise SpectrumError(message("a spectrum that is 0 there cannot be scaled", where=where))
-        return self.scaled(value / here)
 
     def integral(self) -> float:
         """Integrate over the whole support by the trapezoid rule; unit of the values times nm.

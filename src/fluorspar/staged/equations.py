@@ -7,8 +7,10 @@ indirect, F luminescent.
 
 Where each equation is
 ----------------------
-Eq. 1, Eq. 2
-    The Donaldson matrix and its factors: `DonaldsonMatrix`, `to_unit_norm`, `from_unit_norm`.
+Eq. 1
+    The Donaldson matrix: `DonaldsonMatrix.band`, with `stokes="strict"` to the letter.
+Eq. 2
+    Its factors: `DonaldsonMatrix.emission` and `excitation`; in the paper's normalisation: `to_unit_norm`.
 Eq. 3, Eq. 4, Eq. 5, Eq. 6, Eq. 8
     With the others up to Eq. 13, how radiance falls into components: the light E = f L on a surface, f its
     shading, by the way it came (E_D, E_I, E_F); of each the reflection S E and the luminescence, the integral of
@@ -44,7 +46,6 @@ __all__ = [
     "indirect_reflection",
     "luminescence",
     "luminescent_reflection",
-    "relative_rmse",
     "total",
 ]
 
@@ -198,17 +199,3 @@ def total(components: Sequence[ArrayLike]) -> Array:
     array([0.875])
     """
     return np.asarray(np.sum([np.asarray(part, dtype=np.float64) for part in components], axis=0))
-
-
-def relative_rmse(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return the root mean square difference of two images, divided by the mean of the second.
-
-    Over all values of the arrays, of one shape; 0.01 means 1 % of the mean.
-
-    Examples
-    --------
-    >>> relative_rmse([1.0, 3.0], [2.0, 2.0])
-    0.5
-    """
-    a, b = np.asarray(image, dtype=np.float64), np.asarray(reference, dtype=np.float64)
-    return float(np.sqrt(np.mean((a - b) ** 2)) / np.mean(b))

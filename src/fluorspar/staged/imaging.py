@@ -105,15 +105,15 @@ def views_of(scene: LoadedScene, sampling: Sampling, seeds: list[int], rows: Seq
     highest: NDArray[np.int64] | None = None
     a = sampling.scale
     for seed in seeds:
-        found = scene.rows_seen(seed=seed, scale=a)
-        height, width = found.shape[0] // a, found.shape[1] // a
-        blocks = found.reshape(height, a, width, a)
+        rows_seen = scene.rows_seen(seed=seed, scale=a)
+        height, width = rows_seen.shape[0] // a, rows_seen.shape[1] // a
+        blocks = rows_seen.reshape(height, a, width, a)
         low, high = blocks.min(axis=(1, 3)), blocks.max(axis=(1, 3))
         lowest = low if lowest is None else np.minimum(lowest, low)
         highest = high if highest is None else np.maximum(highest, high)
         here = {}
         for row in rows:
-            small = np.flatnonzero(found == row)
+            small = np.flatnonzero(rows_seen == row)
             here[row] = (small, (small // (a * width) // a) * width + small % (a * width) // a)
         seen.append(here)
     assert lowest is not None
@@ -201,14 +201,14 @@ def render_bands(
             flat = small.reshape(-1, len(group))
             for row, (at, pixel) in seen.items():
                 for k, band in enumerate(group):
-                    found = share * np.bincount(pixel, flat[at, k], minlength=height * width)
+                    per_pixel = share * np.bincount(pixel, flat[at, k], minlength=height * width)
                     if not offers:
                         excess = 1 - reflectance[row, band] / albedo[row, band]
                         if excess > 0:
                             surplus = np.zeros_like(image) if surplus is None else surplus
-                            surplus[:, band] += (excess * found).astype(np.float32)
-                        found /= albedo[row, band]
-                    light[row][:, band] += found.astype(np.float32)
+                            surplus[:, band] += (excess * per_pixel).astype(np.float32)
+                        per_pixel /= albedo[row, band]
+                    light[row][:, band] += per_pixel.astype(np.float32)
             tick()
     shape = (height, width, bands)
     layers = {row: e.reshape(shape) for row, e in light.items()}

@@ -104,11 +104,11 @@ def file_names(names: Sequence[str]) -> list[str]:
     >>> file_names(["red paint", "wall", "red/paint"])
     ['red-paint', 'wall', 'red-paint-2']
     """
-    found: list[str] = []
+    distinct: list[str] = []
     for name in map(_plain, names):
         numbered = (f"{name}-{number}" for number in count(2))
-        found.append(next(part for part in chain([name], numbered) if part not in found))
-    return found
+        distinct.append(next(part for part in chain([name], numbered) if part not in distinct))
+    return distinct
 
 
 def _plain(name: str) -> str:

@@ -60,7 +60,7 @@ def fluorescent_objects(p: Passes) -> list[FluorescentObject]:
     names = [p.scene.surfaces[array.surface].name + (" (back)" if array.back else "") for array in arrays]
     renderer, keep_object = p.renderer, not p.options.exclude_emitter_geometry
     per_face = isinstance(renderer, EmitsPerFace)
-    found = []
+    objects = []
     for number, (array, name, file) in enumerate(zip(arrays, names, file_names(names), strict=True)):
         glows = p.scene.surfaces[array.surface].light != NO_LIGHT
         if p.options.tolerance is not None and array.copy is None:
@@ -70,12 +70,12 @@ def fluorescent_objects(p: Passes) -> list[FluorescentObject]:
             loaded = renderer.load_faces(p.scene, array, keep_object=keep_object)
         else:
             loaded = renderer.load(p.scene, array, keep_object=keep_object)
-        found.append(FluorescentObject(name, file, array, loaded, glows, per_face))
+        objects.append(FluorescentObject(name, file, array, loaded, glows, per_face))
     # each object is probed once, and then once in the light of each other; its emitters are rendered twice
-    probed = len(p.exciting) * sum(1 + item.glows + 2 * (p.bounces - 1) * len(found) for item in found)
-    rendered = 2 * len(p.emitted) * p.bounces * len(found) * p.sampling.passes
+    probed = len(p.exciting) * sum(1 + item.glows + 2 * (p.bounces - 1) * len(objects) for item in objects)
+    rendered = 2 * len(p.emitted) * p.bounces * len(objects) * p.sampling.passes
     p.expect(p.repeats * (probed + rendered))
-    return found
+    return objects
 
 
 def mutual_illumination(
@@ -230,10 +230,10 @@ def _signed(
 
     `extra` is the number of renders of each group that the second takes.
     """
-    found = estimate(np.maximum(radiance, 0.0), groups)
+    positive = estimate(np.maximum(radiance, 0.0), groups)
     negative = np.maximum(-radiance, 0.0)
     again = [group for group in groups if negative[:, group].any()]
     if not again:
-        return found
+        return positive
     p.expect(extra * len(again))
-    return found - estimate(negative, again)
+    return positive - estimate(negative, again)

@@ -23,8 +23,8 @@ from fluorspar.bispectral.fit.factorise import Problem
 from fluorspar.bispectral.fit.fit import MaterialFit, fit_material
 from fluorspar.bispectral.fit.report import report_fit, report_lights
 from fluorspar.bispectral.material import Material
+from fluorspar.bispectral.matrix_noise import estimate_noise, stokes_shift
 from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.bispectral.noise import estimate_noise, stokes_shift
 from fluorspar.errors import MaterialError
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths

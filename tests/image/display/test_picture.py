@@ -12,7 +12,6 @@ from fluorspar.image.display import picture
 from fluorspar.image.display.picture import (
     contact_sheet,
     thumbnail,
-    write_contact_sheet,
     write_pictures,
     write_png,
 )
@@ -95,8 +94,6 @@ class TestContactSheet:
         paths = write_pictures(image.dataset, tmp_path / "new" / "pictures")
         assert [path.stem for path in paths] == ["total", *COMPONENTS, "components"]
         assert all(path.is_file() for path in paths)
-        write_contact_sheet(image.dataset, tmp_path / "sheet.png")
-        np.testing.assert_array_equal(pixels_of(tmp_path / "sheet.png"), pixels_of(paths[-1]))
 
     def test_a_directory_that_cannot_be_made_is_an_error(self, image, tmp_path):
         (tmp_path / "taken").write_text("a file")

@@ -25,13 +25,10 @@ def by_pixels(image):
 
 class TestRoundTrip:
     @pytest.mark.parametrize("grid", ["360:700:5", "300:780:2.5", "400:700:0.3"])
-    @pytest.mark.parametrize("compression", [0, 1])
-    def test_values_labels_and_attributes_come_back_as_they_were(
-        self, make_image, tmp_path, grid, compression
-    ):
+    def test_values_labels_and_attributes_come_back_as_they_were(self, make_image, tmp_path, grid):
         image = make_image(grid=Wavelengths.parse(grid), component_errors=True)
         image.dataset["radiance"][:, 5:, 7] = np.nan
-        write_netcdf(image.dataset, tmp_path / "a.nc", compression=compression)
+        write_netcdf(image.dataset, tmp_path / "a.nc")
         with SpectralImage.open(tmp_path / "a.nc") as read:
             xr.testing.assert_identical(read.dataset.load(), image.dataset)
             assert read.dataset.radiance.dtype == np.float32
@@ -81,7 +78,6 @@ class TestWriter:
             for first in firsts:
                 writer.write_pixels(first, radiance[first : first + count], error[first : first + count])
                 assert len(writer._blocks) <= 2
-            assert writer.finished_pixels == 240
         xr.testing.assert_identical(read_netcdf(tmp_path / "a.nc").load(), image.dataset)
 
     def test_errors_of_components_are_kept_if_announced(self, make_image, tmp_path):
@@ -117,13 +113,12 @@ class TestWriter:
     def test_pixels_written_twice_count_once(self, image, tmp_path):
         radiance, error = by_pixels(image)
         with NetcdfWriter(tmp_path / "a.nc", image.wavelengths, 12, 20) as writer:
-            writer.write_pixels(0, 0 * radiance[:100], error[:100])
-            writer.write_pixels(50, 0 * radiance[50:100], error[50:100])
-            assert writer.finished_pixels == 100
-            writer.write_pixels(0, radiance, error)
+            writer.write_pixels(0, 0 * radiance[:200], error[:200])
+            writer.write_pixels(0, radiance[:200], error[:200])
         dataset = read_netcdf(tmp_path / "a.nc").load()
-        assert dataset.attrs == {}
-        np.testing.assert_array_equal(dataset.radiance, image.dataset.radiance)
+        assert dataset.attrs == {"partial": 1}
+        expected = radiance[:200]
+        np.testing.assert_array_equal(by_pixels(SpectralImage(dataset))[0][:200], expected)
 
     @pytest.mark.parametrize(
         ("first", "shape", "error_shape", "problem"),
@@ -163,7 +158,6 @@ class TestWriter:
             monkeypatch.setattr(NetcdfWriter, "_block", interrupted)
             with pytest.raises(KeyboardInterrupt):
                 writer.write_pixels(0, radiance, error)
-            assert writer.finished_pixels == 240
         xr.testing.assert_identical(read_netcdf(tmp_path / "a.nc").load(), image.dataset)
 
 

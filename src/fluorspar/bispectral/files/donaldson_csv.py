@@ -2,57 +2,42 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from fluorspar.bispectral.files.matrix_table import matrix_of_table
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.errors import MaterialError, message
-from fluorspar.files.tables import Table, read_table
+from fluorspar.files.tables import Table
 
-__all__ = ["donaldson_matrix", "read_donaldson_csv"]
+__all__ = ["donaldson_matrix"]
 
 _SAME = 1e-4  # nm
 _FIX = "write lines such as '# quantity: band' and '# step: 10' above the table"
 
 
-def read_donaldson_csv(path: str | Path) -> MeasuredMatrix:
-    """Read a Donaldson matrix file.
+def donaldson_matrix(table: Table) -> MeasuredMatrix:
+    """Return the matrix that the table of a Donaldson file is.
 
     The file has comment lines `# quantity: band` (or `density`) and `# step: 10`, a header row with the
     excitation wavelengths, and one row per emission wavelength, which stands first in it. In both
     quantities the cells of equal wavelength are S; the others are D_L times the step, or D_L in 1/nm.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Raises
-    ------
-    MaterialError
-        If the file is missing, malformed, or not a possible matrix.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     file = Path(folder, "sheet.csv")
-    ...     _ = file.write_text("# quantity: density\\n# step: 10\\nnm,400,410\\n400,0.5,0\\n410,0.02,0.4")
-    ...     read_donaldson_csv(file).cells
-    array([[0.5, 0. ],
-           [0.2, 0.4]])
-    """
-    return donaldson_matrix(read_table(Path(path), error=MaterialError))
-
-
-def donaldson_matrix(table: Table) -> MeasuredMatrix:
-    """Return the matrix that the table of a Donaldson file is.
-
     Raises
     ------
     MaterialError
         If quantity or step are not stated, the table is malformed, or not a possible matrix.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from fluorspar.files.tables import read_table
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "sheet.csv")
+    ...     _ = file.write_text("# quantity: density\\n# step: 10\\nnm,400,410\\n400,0.5,0\\n410,0.02,0.4")
+    ...     donaldson_matrix(read_table(file, error=MaterialError)).cells
+    array([[0.5, 0. ],
+           [0.2, 0.4]])
     """
     quantity = table.keys.get("quantity", "").lower()
     if quantity not in ("band", "density"):

@@ -5,19 +5,30 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from typing import Any
 
-from fluorspar.bispectral.files.bfc import read_bfc
-from fluorspar.bispectral.files.donaldson_csv import donaldson_matrix
-from fluorspar.bispectral.files.material_csv import is_material, material_of_table, texts_of
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.measured import MeasuredMatrix, check_measured
 from fluorspar.errors import MaterialError, message
-from fluorspar.files.tables import read_table
+from fluorspar.files.formats import Format, suffixes_read, suffixes_written
 
-__all__ = ["SUFFIXES", "find_matrix", "read_material", "read_matrix"]
+__all__ = ["FORMATS", "SUFFIXES", "SUFFIXES_WRITTEN", "find_matrix", "read_material", "read_matrix"]
 
-SUFFIXES = (".csv", ".bfc")
-"""Material or Donaldson table, and Labsphere BFC-450."""
+_HERE = "fluorspar.bispectral.files"
+
+FORMATS = {
+    ".csv": Format(
+        "table of a material or matrix", f"{_HERE}.csv_file:read_csv", f"{_HERE}.material_csv:write_material"
+    ),
+    ".bfc": Format("Labsphere BFC-450", f"{_HERE}.bfc:read_bfc"),
+}
+"""The formats by suffix; a reader takes a path."""
+
+SUFFIXES = suffixes_read(FORMATS)
+"""Of files that hold a material or a measured matrix."""
+
+SUFFIXES_WRITTEN = suffixes_written(FORMATS)
+"""Of files that a material is written to."""
 
 
 def read_material(path: Path | Traversable) -> Material:
@@ -51,23 +62,10 @@ def read_material(path: Path | Traversable) -> Material:
     >>> dye.name, dye.fluorophores[0].excitation.integral()
     ('dye', 1.0)
     """
-    stem, _, ending = path.name.rpartition(".")
-    suffix = f".{ending.lower()}"
-    if suffix not in SUFFIXES:
-        fault, expected = "a material file has an unknown suffix", " or ".join(SUFFIXES)
-        raise MaterialError(message(fault, where=path, expected=expected))
-    if not path.is_file():
-        fix = "check the name and the folder"
-        raise MaterialError(message("the material file does not exist", where=path, fix=fix))
-    if suffix == ".bfc":
-        return Material.from_matrix(stem, read_bfc(Path(str(path))))
-    table = read_table(path, error=MaterialError)
-    if is_material(table):
-        return material_of_table(table, stem)
-    if "quantity" in table.keys:
-        return replace(Material.from_matrix(stem, donaldson_matrix(table)), **texts_of(table))
-    expected = "a line '# fluorspar-material: 1', or '# quantity: band' for a Donaldson matrix"
-    raise MaterialError(message("the file does not say that it is a material", where=path, expected=expected))
+    content, texts = _content(path)
+    if isinstance(content, Material):
+        return content
+    return replace(Material.from_matrix(path.name.rpartition(".")[0], content), **texts)
 
 
 def find_matrix(path: Path) -> MeasuredMatrix | None:
@@ -78,10 +76,8 @@ def find_matrix(path: Path) -> MeasuredMatrix | None:
     MaterialError
         If the file is missing or malformed, or the matrix physically impossible.
     """
-    if path.suffix.lower() == ".bfc":
-        return read_bfc(path)
-    table = read_table(path, error=MaterialError)
-    return None if is_material(table) else check_measured(donaldson_matrix(table))
+    content, _ = _content(path)
+    return None if isinstance(content, Material) else check_measured(content)
 
 
 def read_matrix(path: Path) -> MeasuredMatrix:
@@ -95,4 +91,19 @@ def read_matrix(path: Path) -> MeasuredMatrix:
     if (matrix := find_matrix(path)) is not None:
         return matrix
     fault, fix = "there is nothing to fit in a material file", "give the measured matrix it was made from"
-    raise MaterialError(message(fault, where=path, expected="a Donaldson matrix, .bfc or .csv", fix=fix))
+    raise MaterialError(
+        message(fault, where=path, expected=f"a Donaldson matrix, {' or '.join(SUFFIXES)}", fix=fix)
+    )
+
+
+def _content(path: Path | Traversable) -> tuple[Material | MeasuredMatrix, dict[str, Any]]:
+    """What a file holds, and what it says of a material that is a measured matrix, by the names of attributes."""
+    suffix = f".{path.name.rpartition('.')[2].lower()}"
+    if suffix not in SUFFIXES:
+        fault, expected = "a material file has an unknown suffix", " or ".join(SUFFIXES)
+        raise MaterialError(message(fault, where=path, expected=expected))
+    if not path.is_file():
+        fix = "check the name and the folder"
+        raise MaterialError(message("the material file does not exist", where=path, fix=fix))
+    content = FORMATS[suffix].read(path)
+    return content if isinstance(content, tuple) else (content, {})

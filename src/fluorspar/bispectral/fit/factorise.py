@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.bispectral.noise import MatrixNoise, baseline_shapes
+from fluorspar.bispectral.matrix_noise import MatrixNoise, baseline_shapes
 
 __all__ = ["Factors", "Problem"]
 

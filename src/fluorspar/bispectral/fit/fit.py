@@ -11,8 +11,8 @@ from fluorspar.bispectral.fit.factorise import Factors, Problem
 from fluorspar.bispectral.fit.rank import choose_rank
 from fluorspar.bispectral.fit.spectra import spectra_of_factors
 from fluorspar.bispectral.material import Material
+from fluorspar.bispectral.matrix_noise import MatrixNoise, estimate_noise, stokes_shift
 from fluorspar.bispectral.measured import MeasuredMatrix, check_measured
-from fluorspar.bispectral.noise import MatrixNoise, estimate_noise, stokes_shift
 from fluorspar.errors import MaterialError, message
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from fluorspar.bispectral.fit.factorise import Factors, Problem
+from fluorspar.bispectral.matrix_noise import MatrixNoise, stokes_shift
 from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.bispectral.noise import MatrixNoise, stokes_shift
 
 __all__ = ["MOST_TERMS", "RankChoice", "choose_rank"]
 
@@ -62,7 +62,7 @@ def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None =
 
     Examples
     --------
-    >>> from fluorspar.bispectral.noise import estimate_noise
+    >>> from fluorspar.bispectral.matrix_noise import estimate_noise
     >>> import numpy as np
     >>> w = np.arange(400.0, 701.0, 10.0)
     >>> cells = 0.3 * np.eye(31) + np.random.default_rng(1).normal(0, 0.003, (31, 31))

@@ -19,6 +19,7 @@ from fluorspar.cli.materials.common import (
 from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.cli.targets import check_plot
 from fluorspar.errors import OptionError, message
+from fluorspar.spectral.spectrum import SUFFIXES
 
 if TYPE_CHECKING:
     from fluorspar.bispectral.lamp_colour import LampColour
@@ -33,7 +34,8 @@ def colour(
         str | None,
         typer.Option(
             metavar="NAME|FILE",
-            help="D65, D50, A, FL11, LED-B1, ... or a file with a spectrum (.csv, .spd, .txt). [default: D65]",
+            help="D65, D50, A, FL11, LED-B1, ... "
+            f"or a file with a spectrum ({', '.join(SUFFIXES)}). [default: D65]",
         ),
     ] = None,
     uv_cut: Annotated[
@@ -45,7 +47,13 @@ def colour(
             metavar="M0|M1|M2", help="Measured and calculated as ISO 13655 says, instead of an illuminant."
         ),
     ] = None,
-    observer: Annotated[str, typer.Option(metavar="2|10", help="Standard observer, degrees.")] = "2",
+    observer: Annotated[
+        str,
+        typer.Option(
+            metavar="2|10|NAME",
+            help="Standard observer: CIE 1931 (2) or CIE 1964 (10 degrees), or its full name.",
+        ),
+    ] = "2",
     wavelengths: Annotated[
         str | None,
         typer.Option(
@@ -96,7 +104,7 @@ def colour(
 
 
 def _lamp(text: str) -> str | Spectrum:
-    from fluorspar.spectral.spectrum import SUFFIXES, read_spectrum
+    from fluorspar.spectral.spectrum import read_spectrum
 
     return read_spectrum(text) if Path(text).suffix.lower() in SUFFIXES else text
 

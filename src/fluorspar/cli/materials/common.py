@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 from numpy.typing import ArrayLike
 
+from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.cli import console
+from fluorspar.cli.targets import FIGURES
 from fluorspar.files.writing import replacing
 
 if TYPE_CHECKING:
@@ -21,11 +23,11 @@ MaterialArgument: TypeAlias = Annotated[
     str,
     typer.Argument(
         metavar="NAME|FILE",
-        help="A material of the library, a file (.csv, .bfc), or a mixture such as A:0.3,B:0.7.",
+        help=f"A material of the library, a file ({', '.join(SUFFIXES)}), or a mixture such as A:0.3,B:0.7.",
     ),
 ]
 PlotOption: TypeAlias = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Draw a figure into this .png, .pdf or .svg file.")
+    Path | None, typer.Option(metavar="FILE", help=f"Draw a figure into this file ({', '.join(FIGURES)}).")
 ]
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fluorspar.bispectral.files.registry import SUFFIXES, read_matrix
 from fluorspar.cli import console
 from fluorspar.cli.materials.common import PlotOption, write_plot
 from fluorspar.cli.targets import check_material_target, check_plot
@@ -28,7 +29,9 @@ _LOST = 0.02  # of a spectrum, outside the wavelengths of the file
 
 
 def fit(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A measured Donaldson matrix: .bfc or .csv.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help=f"A measured Donaldson matrix ({', '.join(SUFFIXES)}).")
+    ],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE.csv", help="Material file to write.")
     ],
@@ -52,7 +55,6 @@ def fit(
     Example:  fluorspar materials fit sheet.bfc -o my-paint.csv --rank 1
     """
     from fluorspar.bispectral.files.material_csv import write_material
-    from fluorspar.bispectral.files.registry import read_matrix
     from fluorspar.bispectral.fit.fit import fit_material
     from fluorspar.bispectral.fit.report import fit_quality, report_fit
     from fluorspar.bispectral.resampling import resampled

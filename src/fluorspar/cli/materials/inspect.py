@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from fluorspar.bispectral.files.registry import FORMATS, SUFFIXES, find_matrix
 from fluorspar.cli import console
 from fluorspar.cli.materials.common import PlotOption, hexadecimal, swatch, write_columns, write_plot
 from fluorspar.cli.options import LibraryOption, material_files
@@ -33,7 +34,10 @@ _LIGHTS = (("D65", None), ("D65", 400.0), ("D50", None), ("A", None), ("FL11", N
 def inspect(
     file: Annotated[
         str,
-        typer.Argument(metavar="FILE|NAME", help="A measured matrix (.bfc, .csv), a material file or name."),
+        typer.Argument(
+            metavar="FILE|NAME",
+            help=f"A measured matrix or a material file ({', '.join(SUFFIXES)}), or a name.",
+        ),
     ],
     plot: PlotOption = None,
     yields: Annotated[
@@ -48,7 +52,6 @@ def inspect(
 
     Example:  fluorspar materials inspect sheet.bfc --plot sheet.png --yields yields.csv
     """
-    from fluorspar.bispectral.files.registry import SUFFIXES, find_matrix
     from fluorspar.bispectral.library import material
     from fluorspar.bispectral.material import Material
 
@@ -118,8 +121,9 @@ def _describe(measured: MeasuredMatrix, path: Path, fit: MaterialFit) -> None:
     import numpy as np
 
     em, ex, h = measured.emission, measured.excitation, measured.step
-    kind = "Labsphere BFC-450 matrix" if path.suffix.lower() == ".bfc" else "Donaldson matrix"
-    console.out.print(f"{path.name}: {kind}", markup=False, highlight=False)
+    console.out.print(
+        f"{path.name}: measured matrix, {FORMATS[path.suffix.lower()].name}", markup=False, highlight=False
+    )
     _line("emission", f"{em[0]:g}-{em[-1]:g} nm by {h:g}, {len(em)} rows")
     _line("excitation", f"{ex[0]:g}-{ex[-1]:g} nm by {h:g}, {len(ex)} columns")
     shift = em[:, None] - ex[None, :]

@@ -62,7 +62,7 @@ def xyz_of(dataset: xr.Dataset, components: Sequence[str], observer: str = CIE_1
     components : sequence of str
         The components to be added.
     observer : str
-        Name of the colour matching functions in colour-science.
+        See `fluorspar.colour.observers.observer_named`.
 
     Returns
     -------

@@ -24,7 +24,7 @@ from fluorspar.image.units import is_radiance
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["contact_sheet", "png_bytes", "thumbnail", "write_contact_sheet", "write_pictures", "write_png"]
+__all__ = ["contact_sheet", "png_bytes", "thumbnail", "write_pictures", "write_png"]
 
 _COLUMNS = 4
 _TILE = (320, 512)  # least and greatest width of a picture on the sheet
@@ -117,25 +117,6 @@ def thumbnail(dataset: xr.Dataset, longest: int = 512) -> NDArray[np.uint8]:
     picture = Image.fromarray(appearance(dataset, names_of(dataset)).bytes)
     picture.thumbnail((longest, longest))
     return np.asarray(picture)
-
-
-def write_contact_sheet(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a labelled sheet of the total and every component, see `contact_sheet`.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Of a `SpectralImage`.
-    path : str or path-like
-        The PNG file to be written or replaced.
-
-    Raises
-    ------
-    ImageError
-        If the file cannot be written; an older one of that name is then unchanged.
-    """
-    with replacing(path) as temporary:
-        temporary.write_bytes(png_bytes(contact_sheet(dataset)))
 
 
 def write_pictures(dataset: xr.Dataset, directory: str | os.PathLike[str]) -> list[Path]:

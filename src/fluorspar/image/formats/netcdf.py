@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["NetcdfWriter", "read_netcdf", "write_netcdf"]
 
 
-def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, compression: int = 0) -> None:
+def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     """Write a spectral image to a NetCDF file, without loss.
 
     Parameters
@@ -36,9 +36,6 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, compressi
         A spectral image; it may be larger than memory.
     path : str or path-like
         The file to be written or replaced.
-    compression : int
-        zlib level 0 to 9. Level 1 saves half of the space of a rendered Cornell box and takes ten times as
-        long as level 0; higher levels save hardly more.
 
     Raises
     ------
@@ -60,9 +57,9 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, compressi
     present = [name for name in VARIABLES if name in dataset]
     shape = (dataset.sizes["y"], dataset.sizes["x"])
     attrs = plain_attrs(dataset.attrs)
-    size = 0 if compression else sum(4 * dataset[name].size for name in present)
+    size = sum(4 * dataset[name].size for name in present)
     with replacing(path, size) as temporary, PatientFile(temporary) as stream:
-        with create(stream, grid_of(dataset), names_of(dataset), *shape, present, compression, attrs) as file:
+        with create(stream, grid_of(dataset), names_of(dataset), *shape, present, attrs) as file:
             for rows in row_blocks(dataset):
                 for name in present:
                     if "component" in VARIABLES[name][1]:
@@ -115,7 +112,7 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
                 what,
                 where=path,
                 got=str(err).splitlines()[0],
-                expected="a NetCDF-4 file written by Fluorspar",
+                expected="a complete NetCDF-4 file",
                 fix="write or copy it again",
             )
         ) from err

@@ -91,7 +91,6 @@ def create(
     height: int,
     width: int,
     variables: Sequence[str],
-    compression: int,
     attrs: Mapping[str, Any],
 ) -> Any:
     """Lay out a NetCDF file without pixels: what is never written reads as NaN and takes no space.
@@ -104,8 +103,6 @@ def create(
     height, width : int
     variables : sequence of str
         Some of `VARIABLES`.
-    compression : int
-        zlib level, 0 for none.
     attrs : mapping
         Attributes of the image, for quantity and unit.
 
@@ -127,13 +124,10 @@ def create(
     wavelength.attrs.update(WAVELENGTH_ATTRS)
     # one component a chunk, so that a component can be read without the others
     extents = {**sizes, "component": 1, "y": chunk_rows(len(components), height, width, len(wavelengths))}
-    filters: dict[str, Any] = {}
-    if compression:
-        filters = {"compression": "gzip", "compression_opts": compression, "shuffle": True}
     for name in variables:
         dims = VARIABLES[name][1]
         chunks = tuple(extents[dim] for dim in dims)
         missing = np.float32(np.nan)
-        variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks, **filters)
+        variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks)
         variable.attrs.update(variable_attrs(name, attrs))
     return file

@@ -52,8 +52,6 @@ class NetcdfWriter:
         Whether the standard errors of the components will be given too.
     components : sequence of str
         The C components.
-    compression : int
-        zlib level, see `write_netcdf`.
 
     Raises
     ------
@@ -83,7 +81,6 @@ class NetcdfWriter:
         component_errors: bool = False,
         *,
         components: Sequence[str] = COMPONENTS,
-        compression: int = 0,
     ) -> None:
         self.wavelengths = wavelengths
         self.height, self.width = height, width
@@ -95,7 +92,7 @@ class NetcdfWriter:
             name: len(components) if "component" in VARIABLES[name][1] else 1 for name in self._variables
         }
         pixel_bytes = 4 * len(wavelengths) * sum(layers.values())
-        self.path = check_target(path, 0 if compression else height * width * pixel_bytes)
+        self.path = check_target(path, height * width * pixel_bytes)
         self._rows = chunk_rows(len(components), height, width, len(wavelengths))
         self._shapes = {
             name: (layers[name], self._rows * width, len(wavelengths)) for name in self._variables
@@ -111,9 +108,7 @@ class NetcdfWriter:
             self._stream = PatientFile(self._temporary)
         except OSError as err:
             raise write_error(self.path, err) from err
-        self._file = create(
-            self._stream, wavelengths, components, height, width, self._variables, compression, self.attrs
-        )
+        self._file = create(self._stream, wavelengths, components, height, width, self._variables, self.attrs)
 
     def __enter__(self) -> NetcdfWriter:
         return self

@@ -1,20 +1,34 @@
-"""Which suffix is which format, and who reads and writes it."""
+"""Which suffix is which format of images, and who reads and writes it."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from fluorspar.errors import ImageError, message
+from fluorspar.files.formats import Format, suffixes_read, suffixes_written
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SUFFIXES", "read_image", "suffix_among", "write_image"]
+__all__ = ["FORMATS", "SUFFIXES", "SUFFIXES_WRITTEN", "read_image", "suffix_among", "write_image"]
 
-SUFFIXES = (".nc", ".exr", ".hdr")
-"""NetCDF, spectral EXR and ENVI."""
+_HERE = "fluorspar.image.formats"
+
+FORMATS = {
+    ".nc": Format("NetCDF", f"{_HERE}.netcdf:read_netcdf", f"{_HERE}.netcdf:write_netcdf"),
+    ".exr": Format("spectral EXR", f"{_HERE}.exr:read_exr", f"{_HERE}.exr:write_exr"),
+    ".hdr": Format("ENVI", f"{_HERE}.envi:read_envi", f"{_HERE}.envi:write_envi"),
+    ".png": Format("PNG picture", writer="fluorspar.image.display.picture:write_png"),
+}
+"""The formats by suffix; a reader takes a path, a writer a data set and a path."""
+
+SUFFIXES = suffixes_read(FORMATS)
+"""Of files that hold a spectral image."""
+
+SUFFIXES_WRITTEN = suffixes_written(FORMATS)
+"""Of files that an image is written to: those, and pictures."""
 
 
 def suffix_among(path: str | os.PathLike[str], known: tuple[str, ...], doing: str) -> str:
@@ -51,18 +65,7 @@ def read_image(path: str | os.PathLike[str]) -> xr.Dataset:
     ImageError
         If the suffix is none of `SUFFIXES`, or the file cannot be read.
     """
-    suffix = suffix_among(path, SUFFIXES, "read from")
-    if suffix == ".nc":
-        from fluorspar.image.formats.netcdf import read_netcdf
-
-        return read_netcdf(path)
-    if suffix == ".hdr":
-        from fluorspar.image.formats.envi import read_envi
-
-        return read_envi(path)
-    from fluorspar.image.formats.exr import read_exr
-
-    return read_exr(path)
+    return cast("xr.Dataset", FORMATS[suffix_among(path, SUFFIXES, "read from")].read(path))
 
 
 def write_image(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
@@ -71,18 +74,6 @@ def write_image(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     ImageError
-        If the suffix is none of `SUFFIXES`, or the file cannot be written.
+        If the suffix is none of `SUFFIXES_WRITTEN`, or the file cannot be written.
     """
-    suffix = suffix_among(path, SUFFIXES, "written to")
-    if suffix == ".nc":
-        from fluorspar.image.formats.netcdf import write_netcdf
-
-        write_netcdf(dataset, path)
-    elif suffix == ".hdr":
-        from fluorspar.image.formats.envi import write_envi
-
-        write_envi(dataset, path)
-    else:
-        from fluorspar.image.formats.exr import write_exr
-
-        write_exr(dataset, path)
+    FORMATS[suffix_among(path, SUFFIXES_WRITTEN, "written to")].write(dataset, path)

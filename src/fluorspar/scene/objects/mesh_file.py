@@ -10,10 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import SceneError, message
+from fluorspar.files.formats import Format
 
 __all__ = ["FORMATS", "Triangles", "read_triangles"]
 
-FORMATS = (".obj", ".ply", ".stl", ".gltf", ".glb")
+FORMATS = {
+    ".obj": Format("Wavefront OBJ", "trimesh:load"),
+    ".ply": Format("PLY", "trimesh:load"),
+    ".stl": Format("STL", "trimesh:load"),
+    ".gltf": Format("glTF", "trimesh:load"),
+    ".glb": Format("binary glTF", "trimesh:load"),
+}
+"""The formats of meshes by suffix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +53,18 @@ def read_triangles(path: Path) -> Triangles:
 
     if not path.is_file():
         raise SceneError(message("the mesh file does not exist", where=path, fix="check the path"))
-    if path.suffix.lower() not in FORMATS:
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
         raise SceneError(
             message(
                 "this kind of mesh file is not known",
                 where=path,
-                got=path.suffix,
+                got=suffix or "no suffix",
                 expected=", ".join(FORMATS),
             )
         )
     try:
-        loaded = trimesh.load(path, process=False)
+        loaded = FORMATS[suffix].read(path, process=False)
         triangles = _joined(loaded if isinstance(loaded, trimesh.Scene) else trimesh.Scene(loaded))
     except Exception as err:  # the readers raise whatever the damage leads to
         raise SceneError(

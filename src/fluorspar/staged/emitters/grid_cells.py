@@ -114,11 +114,11 @@ def _smallest_rectangle(mesh: TriangleMesh) -> tuple[Array, Array]:
     origin = mesh.vertices[mesh.faces[0, 0]]
     flat = (mesh.vertices[np.unique(mesh.faces)] - origin) @ np.stack([u, v]).T
     hull = flat[ConvexHull(flat).vertices]
-    best, chosen = np.inf, np.array([1.0, 0.0])
+    smallest, along = np.inf, np.array([1.0, 0.0])
     for direction in np.roll(hull, -1, axis=0) - hull:
         direction = direction / np.linalg.norm(direction)
         area = np.ptp(hull @ direction) * np.ptp(hull @ [-direction[1], direction[0]])
-        if area < best * (1 - 1e-9):
-            best, chosen = area, direction
-    x = chosen[0] * u + chosen[1] * v
+        if area < smallest * (1 - 1e-9):
+            smallest, along = area, direction
+    x = along[0] * u + along[1] * v
     return origin, np.stack([x, np.cross(normal, x), normal])

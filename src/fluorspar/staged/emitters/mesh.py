@@ -99,14 +99,19 @@ class TriangleMesh:
         normals = None if self.normals is None else -self.normals
         return replace(self, faces=self.faces[:, ::-1], normals=normals)
 
-    def submesh(self, chosen: NDArray[np.integer] | NDArray[np.bool_]) -> TriangleMesh:
-        """The chosen faces, with the vertices they need and those vertices' normals."""
-        used, faces = np.unique(self.faces[chosen], return_inverse=True)
+    def submesh(self, faces: NDArray[np.integer] | NDArray[np.bool_]) -> TriangleMesh:
+        """Some of the faces, with the vertices they need and those vertices' normals."""
+        used, corners = np.unique(self.faces[faces], return_inverse=True)
         normals = None if self.normals is None else self.normals[used]
-        return replace(self, vertices=self.vertices[used], faces=faces.reshape(-1, 3), normals=normals)
+        return replace(self, vertices=self.vertices[used], faces=corners.reshape(-1, 3), normals=normals)
 
-    def subdivided(self, chosen: NDArray[np.bool_]) -> tuple[TriangleMesh, NDArray[np.int64]]:
-        """The same surface, the chosen faces cut into four; vertex normals are interpolated as a renderer does.
+    def subdivided(self, cut: NDArray[np.bool_]) -> tuple[TriangleMesh, NDArray[np.int64]]:
+        """The same surface, some faces cut into four; vertex normals are interpolated as a renderer does.
+
+        Parameters
+        ----------
+        cut : ndarray of shape (F,), bool
+            Which.
 
         Returns
         -------
@@ -114,7 +119,7 @@ class TriangleMesh:
         parent : ndarray of shape (F',)
             The old face of each new one.
         """
-        v, f = self.vertices, self.faces[chosen]
+        v, f = self.vertices, self.faces[cut]
         edges = np.sort(np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]]), axis=1)
         unique, inverse = np.unique(edges, axis=0, return_inverse=True)
         ab, bc, ca = (inverse.reshape(3, -1) + len(v))[:]
@@ -126,8 +131,8 @@ class TriangleMesh:
         normals = None
         if self.normals is not None:
             normals = np.concatenate([self.normals, self.normals[unique].mean(axis=1)])
-        parent = np.concatenate([np.flatnonzero(~chosen), np.repeat(np.flatnonzero(chosen), 4)])
-        faces = np.concatenate([self.faces[~chosen], faces])
+        parent = np.concatenate([np.flatnonzero(~cut), np.repeat(np.flatnonzero(cut), 4)])
+        faces = np.concatenate([self.faces[~cut], faces])
         return replace(self, vertices=vertices, faces=faces, normals=normals), parent
 
     def points(self, face: NDArray[np.int64], u: Array) -> Array:

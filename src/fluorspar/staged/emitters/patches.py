@@ -149,14 +149,14 @@ def mesh_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
     return EmitterArray(mesh, _labels(len(mesh.faces), pieces))
 
 
-def split_patches(array: EmitterArray, chosen: NDArray[np.bool_]) -> tuple[EmitterArray, NDArray[np.int64]]:
+def split_patches(array: EmitterArray, halved: NDArray[np.bool_]) -> tuple[EmitterArray, NDArray[np.int64]]:
     """Halve some patches of a surface.
 
     Parameters
     ----------
     array : EmitterArray
         Not a decimated one.
-    chosen : ndarray of shape (K,), bool
+    halved : ndarray of shape (K,), bool
         Which.
 
     Returns
@@ -174,12 +174,12 @@ def split_patches(array: EmitterArray, chosen: NDArray[np.bool_]) -> tuple[Emitt
     array([0, 0, 1, 2])
     """
     mesh, patch = array.mesh, array.patch
-    while (few := chosen & (np.bincount(patch, minlength=len(array)) < _FACES_PER_PATCH)).any():
+    while (few := halved & (np.bincount(patch, minlength=len(array)) < _FACES_PER_PATCH)).any():
         mesh, parent_face = mesh.subdivided(few[patch])
         patch = patch[parent_face]
     pieces, parent = [], []
     for number, faces in enumerate(_faces_by_patch(patch, len(array))):
-        for piece in _halves(mesh, faces) if chosen[number] else (faces,):
+        for piece in _halves(mesh, faces) if halved[number] else (faces,):
             pieces.append(piece)
             parent.append(number)
     return replace(array, mesh=mesh, patch=_labels(len(mesh.faces), pieces)), np.array(parent)
@@ -225,12 +225,12 @@ def decimated_patches(mesh: TriangleMesh, count: int) -> EmitterArray:
     _, first, inverse = np.unique(places, axis=0, return_index=True, return_inverse=True)
     # It also stops at an error in units of length: brought to one size, all meshes are decimated alike.
     centre, unit = mesh.vertices[first].mean(axis=0), mesh.size / _DECIMATED_SIZE
-    found, faces = fast_simplification.simplify(
+    vertices, faces = fast_simplification.simplify(
         ((mesh.vertices[first] - centre) / unit).astype(np.float32),
         inverse.reshape(-1)[mesh.faces].astype(np.int32),
         target_count=count,
     )
-    corners = np.asarray(found, dtype=np.float64) * unit + centre
+    corners = np.asarray(vertices, dtype=np.float64) * unit + centre
     if len(faces) > count:
         text = f"the mesh was decimated to {len(faces)} faces, not to {count}"
         warnings.warn(text, ApproximationWarning, stacklevel=2)

@@ -12,7 +12,7 @@ from fluorspar.scene.nodes import build, resolving
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.surfaces import Surface
 from fluorspar.staged.emitters.mesh import TriangleMesh
-from fluorspar.staged.renderers.mitsuba.nodes import with_materials
+from fluorspar.staged.renderers.mitsuba.scene_nodes import with_materials
 
 __all__ = ["surface_mesh"]
 

@@ -20,7 +20,7 @@ from fluorspar.scene.variants import usable_cores, use_variant
 from fluorspar.staged.emitters.mesh import TriangleMesh
 from fluorspar.staged.emitters.patches import EmitterArray
 from fluorspar.staged.renderers.mitsuba.mesh import surface_mesh
-from fluorspar.staged.renderers.mitsuba.nodes import (
+from fluorspar.staged.renderers.mitsuba.scene_nodes import (
     bsdf,
     name_lights,
     one_sample_camera,
