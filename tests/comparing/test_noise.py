@@ -9,7 +9,7 @@ import pytest
 
 from fluorspar.comparing.noise import Differences, explained_by_noise, normal_score
 from fluorspar.comparing.noise_text import noise_sentence, share_text
-from fluorspar.measuring.freedom import combined_freedom
+from fluorspar.measuring.error_freedom import combined_freedom
 
 
 def observed(difference, error, level=0.0, freedom=np.inf):

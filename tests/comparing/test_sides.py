@@ -311,3 +311,32 @@ def test_files_are_closed(tmp_path, monkeypatch):
     compare(str(tmp_path / "a.nc"), image)
     assert len(closed) == 1
     assert closed[0] is not image
+
+
+class TestInputsOfAnotherType:
+    image = image_of(COMPONENTS)
+
+    @pytest.mark.parametrize(
+        "options",
+        [
+            *({"aperture": 3}, {"bandwidth_a": "x"}, {"component": 3}, {"white": 3}, {"match": 3}),
+            *({"points": [(1, 2)]}, {"points": []}, {"points": 5}),
+        ],
+    )
+    def test_options(self, options):
+        with pytest.raises(OptionError, match="expected"):
+            compare(self.image, self.image, **options)
+
+    def test_wavelengths(self):
+        with pytest.raises(SpectrumError, match="not readable"):
+            compare(self.image, self.image, wavelengths=5)
+        assert compare(self.image, self.image, wavelengths=[400, 500, 600]).grid == Wavelengths(400, 600, 100)
+
+    @pytest.mark.parametrize("source", [image.dataset, None])
+    def test_sources(self, source):
+        with pytest.raises(OptionError, match=r"(?s)cannot be compared.*expected"):
+            compare(self.image, source)
+
+    def test_a_scene_needs_points(self):
+        with pytest.raises(OptionError, match=r"(?s)at points.*furnace, and no points.*\(--points\)"):
+            compare(self.image, self.image, scene="furnace")

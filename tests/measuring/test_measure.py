@@ -278,3 +278,42 @@ class TestFiles:
         (tmp_path / "p.csv").write_text(text)
         with pytest.raises(OptionError, match=fault):
             read_points(tmp_path / "p.csv")
+
+
+class TestInputsOfAnotherType:
+    points = (Point("1", (2, 3)),)
+
+    @pytest.mark.parametrize("points", [[(1, 2)], np.ones((2, 2)), {"a": (1, 2)}, 5, None])
+    def test_what_is_no_point(self, image, points):
+        with pytest.raises(OptionError, match=r"(?s)not a point.*sequence of Point.*points file"):
+            measure(image, points)
+
+    def test_no_points(self, image):
+        with pytest.raises(OptionError, match="there are no points"):
+            measure(image, [])
+
+    @pytest.mark.parametrize(
+        "options", [{"aperture": 3}, {"aperture": Aperture}, {"bandwidth": "x"}, {"component": 3}]
+    )
+    def test_options(self, image, options):
+        with pytest.raises(OptionError, match="expected"):
+            measure(image, self.points, **options)
+
+    def test_a_dataset_is_not_an_image(self, image):
+        with pytest.raises(ImageError, match=r"(?s)not a spectral image.*Dataset"):
+            measure(image.dataset, self.points)
+
+    @pytest.mark.parametrize("position", [5, ("a", "b"), (1, 2, 3, 4)])
+    def test_positions(self, position):
+        with pytest.raises(OptionError, match="not usable"):
+            Point("1", position)
+
+    @pytest.mark.parametrize("diameter", ["3", None, -1])
+    def test_diameters(self, diameter):
+        with pytest.raises(OptionError, match="impossible"):
+            Aperture(diameter, "px")
+
+    def test_a_scene_by_its_name(self, image):
+        by_name = measure(image, self.points, scene="cornell-box", aperture="2deg")
+        loaded = measure(image, self.points, scene=load_scene("cornell-box"), aperture="2deg")
+        np.testing.assert_array_equal(by_name.radiance, loaded.radiance)

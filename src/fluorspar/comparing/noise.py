@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fluorspar.measuring.freedom import combined_freedom
+from fluorspar.measuring.error_freedom import combined_freedom
 
 __all__ = ["Differences", "NoiseVerdict", "explained_by_noise", "normal_score"]
 

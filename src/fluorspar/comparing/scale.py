@@ -65,7 +65,7 @@ def match_scales(
     """
     at_a_point = match not in ("none", "luminance")
     if at_a_point and points is None:
-        fault, fix = "the scales cannot be matched at a point without points", "give a points file (--points)"
+        fault, fix = "the scales cannot be matched at a point without points", "give points (--points)"
         raise OptionError(message(fault, got=match, fix=fix))
     what = "points" if images is None else "pixels"
     if images is not None:

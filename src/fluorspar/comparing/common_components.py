@@ -7,12 +7,12 @@ from fluorspar.image.components import COMPONENTS, GROUPS, TOTAL, named_in, sele
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import OF_TOTAL, error_layer
 
-__all__ = ["common_light"]
+__all__ = ["common_components"]
 
 _REEXCITATION = COMPONENTS[6]
 
 
-def common_light(
+def common_components(
     sides: tuple[Side, Side], component: str | None
 ) -> tuple[tuple[str | None, str | None], list[str]]:
     """Choose what of each image is compared: light that luminesced twice only if both hold it.
@@ -37,7 +37,7 @@ def common_light(
     >>> ones = np.ones((7, 1, 1, 69))
     >>> a = SpectralImage.from_arrays(ones, Wavelengths())
     >>> b = SpectralImage.from_arrays(ones[:6], Wavelengths(), components=COMPONENTS[:6])
-    >>> common_light((a, b), None)[0]
+    >>> common_components((a, b), None)[0]
     ('single_bounce', None)
     """
     compared: list[str | None] = [component, component]
