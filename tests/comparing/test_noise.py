@@ -149,7 +149,7 @@ class TestPureNoise:
     def test_never_more_than_all_is_explained(self, noise):
         verdict = explained_by_noise(observed(noise[0], noise[1] * 1.05))
         assert verdict.share > 1 + verdict.share_uncertainty
-        assert share_text(verdict) == "all"
+        assert share_text(verdict).startswith("100.0 ± ")
 
     def test_without_noise_there_is_no_verdict(self):
         assert explained_by_noise(observed(np.ones((4, 4, 3)), 0.0)) is None
@@ -157,8 +157,29 @@ class TestPureNoise:
     def test_the_share_of_one_point_has_no_uncertainty(self):
         verdict = explained_by_noise(observed(np.full((1, 7), 2.0), 1.0))
         assert verdict.share == 0.25
-        assert "explains 25.0 % of" in noise_sentence(verdict)
+        assert noise_sentence(verdict).endswith("share of the squared difference 25.0 %)")
         assert "inf" not in noise_sentence(verdict)
+
+
+class TestWords:
+    def test_the_verdict_is_first_and_no_share_is_beyond_all(self):
+        verdict = explained_by_noise(observed([[0.0], [0.01], [1.5]], 1.0, level=100.0))
+        assert verdict.share > 1
+        assert noise_sentence(verdict) == (
+            "no more than noise (z of the mean 0.9, worst point 1.5, squares 0.0, bound 3.8; "
+            "share of the squared difference 100.0 ± 100.0 %)"
+        )
+
+    @pytest.mark.parametrize("shape", [(13, 20), (16, 16, 20)])
+    def test_noise_that_would_hide_what_a_person_sees(self, shape):
+        """Rationale: 13 points: a bound of 4.13 standard errors; 4 blocks of 64 pixels: 3.77 of an eighth of one each.
+        Expected: with an error of 30 % of the level, 124 % of a point, and 14 % of a block."""
+        difference = 0.3 * np.random.default_rng(3).standard_normal((*shape[:-1], 1)) * np.ones(shape[-1])
+        loud = noise_sentence(explained_by_noise(observed(difference, 0.3, level=1.0)))
+        least = "124 % of a point" if len(shape) == 2 else "14 % of a block"
+        assert loud.startswith(f"no more than noise, but too noisy to tell differences below {least} (")
+        quiet = noise_sentence(explained_by_noise(observed(difference / 100, 0.003, level=1.0)))
+        assert quiet.startswith("no more than noise (")
 
 
 class TestRealDifferences:

@@ -89,7 +89,10 @@ def match_scales(
             how = f"Scale: B is matched to A by the average luminance (CIE 1931) of the {what}"
         how += f"; for RMSE both are divided by the mean of A over the {what} and these bands"
     scale = Scale(mean_a / mean_b, mean_a, mean_b, _error(points, images, grid, in_range, match))
-    sentences = [f"{how}: {mean_a:.6g} and {mean_b:.6g}, so B counts {scale.factor:.6g} times."]
+    divisors = f"{mean_a:.6g}"
+    if scale.factor != 1:
+        divisors += f" and {mean_b:.6g}, so B counts {scale.factor:.6g} times"
+    sentences = [f"{how}: {divisors}."]
     if scale.error:
         where = f"point {match}" if at_a_point else "the average luminance"
         sentences.append(f"The noise of {where} makes that factor uncertain by {100 * scale.error:.2g} %.")
