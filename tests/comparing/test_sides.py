@@ -313,6 +313,40 @@ def test_files_are_closed(tmp_path, monkeypatch):
     assert closed[0] is not image
 
 
+class TestExcitationBelowTheFirstWavelength:
+    """Rationale: a render has no light below its first wavelength, so two grids excite luminescence differently."""
+
+    long, short = Wavelengths(300, 700, 50), Wavelengths(400, 700, 50)
+    said = "Luminescence: B was rendered from 400 nm on, so what 300-400 nm excites is in A only, which is part of"
+
+    def notes(self, second=short, component=None, method="paths", **attrs):
+        a = image_of(COMPONENTS, grid=self.long, method="paths")
+        b = image_of(COMPONENTS, grid=second, method=method, **attrs)
+        return " ".join(compare(a, b, component=component).notes)
+
+    @pytest.mark.parametrize("method", ["paths", "staged"])
+    def test_it_is_said(self, method):
+        assert self.said in self.notes(method=method)
+
+    @pytest.mark.parametrize(
+        "case",
+        [
+            {"second": long},
+            {"component": "reflected"},
+            {"method": "another"},
+            {"converted": "from other bands"},
+        ],
+    )
+    def test_it_is_not_said_where_it_is_not_so_or_not_known(self, case):
+        assert "Luminescence" not in self.notes(**case)
+
+    def test_nor_where_nothing_luminesces(self):
+        dark = [image_of(COMPONENTS, grid=grid, method="paths") for grid in (self.long, self.short)]
+        for image in dark:
+            image.dataset["radiance"][[2, 4, 5, 6]] = 0.0
+        assert "Luminescence" not in " ".join(compare(*dark).notes)
+
+
 class TestInputsOfAnotherType:
     image = image_of(COMPONENTS)
 
