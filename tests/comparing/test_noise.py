@@ -43,8 +43,10 @@ def batches_of(random, comparisons, points, samples):
 
 
 class TestFalseAlarms:
-    """Rationale: 2000 comparisons of noise alone, each with a chance of 0.001 of an alarm: more than 8 alarms have
-    a probability of 2e-4."""
+    """Noise alone is called a difference no more often than stated.
+
+    2000 comparisons, each with a chance of 0.001 of an alarm: more than 8 alarms have a probability of 2e-4.
+    """
 
     @pytest.mark.parametrize("points", [1, 2, 4, 13])
     @pytest.mark.parametrize("samples", [2, 4, 6, 16, 32])
@@ -111,8 +113,11 @@ class TestPureNoise:
         assert not verdict.differs
 
     def test_the_uncertainty_is_right(self):
-        """Rationale: over 60 independent images the deviations of the share, in units of its stated uncertainty, have
-        a standard deviation of 1, to within 4 / sqrt(120)."""
+        """The share deviates from 1 as much as its uncertainty says.
+
+        Expected: over 60 independent images, deviations in units of it with a standard deviation of 1, to within
+        4 / sqrt(120).
+        """
         random = np.random.default_rng(6)
         deviations = []
         for _ in range(60):
@@ -129,9 +134,11 @@ class TestPureNoise:
         assert verdict.share_uncertainty < 0.02
 
     def test_blocks_that_scatter_more_than_their_pixels_count_as_fewer(self):
-        """Rationale: standard errors are estimates, so the ratios of blocks scatter by more than independent pixels
-        would: here by 50 % of their own, over 60 images of 64 blocks. Expected: deviations of the squares with a
-        standard deviation of 1, to within 4 / sqrt(120)."""
+        """Standard errors are estimates, so blocks scatter more than independent pixels would.
+
+        Here by 50 % of their own, over 60 images of 64 blocks. Expected: deviations of the squares with a standard
+        deviation of 1, to within 4 / sqrt(120).
+        """
         random = np.random.default_rng(14)
         deviations = []
         for _ in range(60):
@@ -172,8 +179,11 @@ class TestWords:
 
     @pytest.mark.parametrize("shape", [(13, 20), (16, 16, 20)])
     def test_noise_that_would_hide_what_a_person_sees(self, shape):
-        """Rationale: 13 points: a bound of 4.13 standard errors; 4 blocks of 64 pixels: 3.77 of an eighth of one each.
-        Expected: with an error of 30 % of the level, 124 % of a point, and 14 % of a block."""
+        """The verdict says below which difference it is blind.
+
+        13 points have a bound of 4.13 standard errors; 4 blocks of 64 pixels one of 3.77, of an eighth of a pixel's.
+        Expected: with an error of 30 % of the level, 124 % of a point, and 14 % of a block.
+        """
         difference = 0.3 * np.random.default_rng(3).standard_normal((*shape[:-1], 1)) * np.ones(shape[-1])
         loud = noise_sentence(explained_by_noise(observed(difference, 0.3, level=1.0)))
         least = "124 % of a point" if len(shape) == 2 else "14 % of a block"
@@ -195,8 +205,10 @@ class TestRealDifferences:
 
     @pytest.mark.parametrize(("samples", "bound"), [(4, 28.0), (16, 5.239), (32, 4.461)])
     def test_one_point_of_four_that_changed(self, samples, bound):
-        """Rationale: 10 deviations are looked at, so the bound of each has a chance of 5e-5 on each side; it is that of
-        Student's t of 3, 15, 31 degrees of freedom."""
+        """The bound is that of Student's t of 3, 15, 31 degrees of freedom.
+
+        10 deviations are looked at, so the bound of each has a chance of 5e-5 on each side.
+        """
         difference = np.array([[0.0], [0.0], [bound], [0.0]])
         for factor, differs in ((1.02, True), (0.98, False)):
             case = observed(factor * difference, 1.0, freedom=samples - 1.0)

@@ -218,8 +218,10 @@ class TestScene:
             assert said(found).count("aperture of 0.125 degrees") == 2
 
     def test_the_mesh_of_a_render_is_found_again(self, tmp_path, monkeypatch):
-        """Rationale: a flat plate instead of the built-in body; a point on top of the body is then in mid-air,
-        and one on the plate is seen."""
+        """A render with a plate for the built-in body is measured on the plate.
+
+        A point on top of the body is then in mid-air, and one on the plate is seen.
+        """
         monkeypatch.chdir(tmp_path)
         trimesh.creation.box((2.0, 0.1, 2.0)).export(tmp_path / "plate.obj")
         options = {"size": (16, 16), "spp": 16, "wavelengths": "400:700:20"}

@@ -74,8 +74,11 @@ class TestAperture:
             np.testing.assert_allclose(found, expected / expected.sum(), atol=1e-9)
 
     def test_a_large_aperture_is_no_large_array(self):
-        """400 pixels across: 125,664 pixels, of which only those at the edge, about 3 per pixel of the
-        circumference, are subsampled; all of them would take 41 million points."""
+        """Only pixels at the edge of an aperture are subsampled.
+
+        400 pixels across: 125,664 pixels, of which about 3 per pixel of the circumference; all of them would take
+        41 million points.
+        """
         tracemalloc.start()
         coverage(np.array([256.0, 256.0]), Aperture(400, "px"), (512, 512))
         peak = tracemalloc.get_traced_memory()[1]
@@ -216,8 +219,10 @@ class TestQuantities:
             normalised(self.spectra, "7")
 
     def test_bandwidth_of_a_line(self):
-        """A line of one 5 nm sample, seen through a triangle of 10 nm: its area is kept, its height is
-        (2 / 10) (integral from 0 to 5 of (1 - u / 5) (1 - u / 10)) = 5 / 12."""
+        """A line seen through a triangle of 10 nm keeps its area.
+
+        Of one 5 nm sample, the height is (2 / 10) (integral from 0 to 5 of (1 - u / 5) (1 - u / 10)) = 5 / 12.
+        """
         line = PointSpectra(("1",), Bands(Wavelengths(400, 700, 5)), np.eye(1, 61, 30))
         seen = line.through(10.0)
         assert seen.radiance.sum() == pytest.approx(1.0)

@@ -197,13 +197,7 @@ def explained_by_noise(
     # at a point single bands count, since they are what gives it its colour
     noise, level = (variances, blocks.level_squares) if of_points else (of_mean, blocks.levels**2)
     relative = np.sqrt(np.divide(noise, level, out=np.full_like(level, np.inf), where=level > 0))
-    doubt = ""
-    if d.squares[known].any() and known_of in _OTHER:
-        doubt = f"the noise of {_OTHER[known_of]} is not known"
-    elif d.squares[known].any() and same_seed is not None:
-        doubt = (
-            f"the noise of both is correlated, same seed {same_seed}; render one with seed {same_seed + 1}"
-        )
+    doubt = _doubt(known_of, same_seed) if d.squares[known].any() else ""
     beyond = max(block_z, abs(mean_z), share_z) > bound
     return NoiseVerdict(
         known_of,
@@ -238,6 +232,14 @@ def _in_blocks(d: Differences, known: NDArray[np.bool_]) -> Differences:
     squares, variances, means, of_mean, of_mean_squared, levels, level_squares = sums[:, sums[1] > 0]
     freedom = combined_freedom(of_mean, of_mean_squared)
     return Differences(squares, variances, means, np.sqrt(of_mean), levels, level_squares, freedom)
+
+
+def _doubt(known_of: str, same_seed: int | None) -> str:
+    if known_of in _OTHER:
+        return f"the noise of {_OTHER[known_of]} is not known"
+    if same_seed is not None:
+        return f"the noise of both is correlated, same seed {same_seed}; render one with seed {same_seed + 1}"
+    return ""
 
 
 def normal_score(t: ArrayLike, freedom: ArrayLike) -> Array:
