@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from fluorspar import Material, SpectralImage, Spectrum, Wavelengths, load_scene
-from fluorspar.errors import OptionError
+from fluorspar.errors import OptionError, SpectrumError
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.rendering import render_job
 from fluorspar.staged.options import StagedOptions
@@ -79,3 +79,18 @@ def test_materials_come_with_the_scene() -> None:
 @pytest.mark.parametrize("grid", [None, "360:700:5", np.arange(360, 701, 5), Wavelengths(360, 700, 5)])
 def test_a_grid_in_all_its_forms(grid: object) -> None:
     assert read_grid(grid) == Wavelengths()  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("grid", [5, True, [[400, 500]], ["a"], [], {}])
+def test_what_is_no_grid(grid: object) -> None:
+    with pytest.raises(SpectrumError, match=r"(?s)wavelengths are not.*expected"):
+        read_grid(grid)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"max_depth": "2"}, {"spp": True}, {"threads": "2"}, {"size": ("a", 2)}, {"component_errors": "yes"}],
+)
+def test_options_of_another_type(options: dict[str, object]) -> None:
+    with pytest.raises(OptionError, match="expected"):
+        job(**options)

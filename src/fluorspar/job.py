@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.bispectral.material import Material
-from fluorspar.errors import OptionError, message
+from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.stated import METHODS
 from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
@@ -77,6 +77,7 @@ class RenderJob:
         _one_of("method", self.method, METHODS)
         _one_of("variant", self.variant, tuple(TRACE_VARIANTS))
         _one_of("Stokes rule", self.stokes, ("half", "strict"))
+        _one_of("value of component_errors", self.component_errors, (True, False))
         if self.method == "staged" and (self.component_errors or self.variant != "llvm"):
             got = "component_errors" if self.component_errors else f"variant={self.variant!r}"
             raise OptionError(
@@ -165,14 +166,26 @@ def read_grid(wavelengths: Wavelengths | str | ArrayLike | None) -> Wavelengths:
         return wavelengths
     if isinstance(wavelengths, str):
         return Wavelengths.parse(wavelengths)
-    return Wavelengths.from_values(np.asarray(wavelengths, dtype=np.float64))
-
-
-def _one_of(what: str, value: object, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise OptionError(
-            message(f"there is no such {what}", got=repr(value), expected=f"one of {', '.join(known)}")
+    try:
+        values = np.asarray(wavelengths, dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.array(np.nan)
+    if values.ndim != 1:
+        raise SpectrumError(
+            message(
+                "the wavelengths are not readable",
+                got=repr(wavelengths),
+                expected='a Wavelengths, "START:STOP:STEP" in nm such as "360:700:5", or an ascending, evenly spaced '
+                "array",
+            )
         )
+    return Wavelengths.from_values(values)
+
+
+def _one_of(what: str, value: object, known: tuple[object, ...]) -> None:
+    if not any(value == name and isinstance(value, type(name)) for name in known):
+        expected = f"one of {', '.join(map(str, known))}"
+        raise OptionError(message(f"there is no such {what}", got=repr(value), expected=expected))
 
 
 def _pair(size: tuple[int, int] | None) -> tuple[int | None, int | None]:

@@ -199,7 +199,7 @@ class TestCompare:
             (("a.nc", "a.pdf"), "this kind of file cannot be compared"),
             (("a.nc", "a.nc", "--match", "7"), "without points"),
             (("a.nc", "a.nc", "--white", "daylight"), "there is no such illuminant"),
-            (("a.nc", "a.nc", "--white", "12"), "give a points file (--points)"),
+            (("a.nc", "a.nc", "--white", "12"), "give points (--points)"),
             (("a.nc", "a.nc", "--aperture", "3px"), "an aperture measures images at points"),
             (("a.nc", "a.nc", "--wavelengths", "360:700:20"), "reach beyond the data"),
             (("a.nc", "milliwatt.nc"), "different units"),

@@ -66,8 +66,11 @@ class TestPointsByHand:
     b = np.array([[4.0, 4, 4, 4, 4, 4, 4], [2, 2, 2, 2, 2, 2, 2]])
 
     def test_equation_14_normalised_at_a_point(self):
-        """Point b: (0.5, ..., 2.5, ...) - (0.5, ...) is 2 in one band of seven; point a: nothing. One root over all:
-        sqrt(4 / 14); the mean of the roots of each: 2 / sqrt(7) / 2."""
+        """One root over all points, and the mean of the roots of each.
+
+        Point b: (0.5, ..., 2.5, ...) - (0.5, ...) is 2 in one band of seven; point a: nothing.
+        Expected: sqrt(4 / 14), and 2 / sqrt(7) / 2.
+        """
         found = compare(table_of(self.a), table_of(self.b), match="a")
         np.testing.assert_allclose(found.points.rmse, [0, 2 / np.sqrt(7)], atol=1e-15)
         assert found.value("rmse_eq14") == pytest.approx(np.sqrt(4 / 14))

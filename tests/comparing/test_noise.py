@@ -9,7 +9,7 @@ import pytest
 
 from fluorspar.comparing.noise import Differences, explained_by_noise, normal_score
 from fluorspar.comparing.noise_text import noise_sentence, share_text
-from fluorspar.measuring.freedom import combined_freedom
+from fluorspar.measuring.error_freedom import combined_freedom
 
 
 def observed(difference, error, level=0.0, freedom=np.inf):
@@ -43,8 +43,10 @@ def batches_of(random, comparisons, points, samples):
 
 
 class TestFalseAlarms:
-    """Rationale: 2000 comparisons of noise alone, each with a chance of 0.001 of an alarm: more than 8 alarms have
-    a probability of 2e-4."""
+    """Noise alone is called a difference no more often than stated.
+
+    2000 comparisons, each with a chance of 0.001 of an alarm: more than 8 alarms have a probability of 2e-4.
+    """
 
     @pytest.mark.parametrize("points", [1, 2, 4, 13])
     @pytest.mark.parametrize("samples", [2, 4, 6, 16, 32])
@@ -111,8 +113,11 @@ class TestPureNoise:
         assert not verdict.differs
 
     def test_the_uncertainty_is_right(self):
-        """Rationale: over 60 independent images the deviations of the share, in units of its stated uncertainty, have
-        a standard deviation of 1, to within 4 / sqrt(120)."""
+        """The share deviates from 1 as much as its uncertainty says.
+
+        Expected: over 60 independent images, deviations in units of it with a standard deviation of 1, to within
+        4 / sqrt(120).
+        """
         random = np.random.default_rng(6)
         deviations = []
         for _ in range(60):
@@ -129,9 +134,11 @@ class TestPureNoise:
         assert verdict.share_uncertainty < 0.02
 
     def test_blocks_that_scatter_more_than_their_pixels_count_as_fewer(self):
-        """Rationale: standard errors are estimates, so the ratios of blocks scatter by more than independent pixels
-        would: here by 50 % of their own, over 60 images of 64 blocks. Expected: deviations of the squares with a
-        standard deviation of 1, to within 4 / sqrt(120)."""
+        """Standard errors are estimates, so blocks scatter more than independent pixels would.
+
+        Here by 50 % of their own, over 60 images of 64 blocks. Expected: deviations of the squares with a standard
+        deviation of 1, to within 4 / sqrt(120).
+        """
         random = np.random.default_rng(14)
         deviations = []
         for _ in range(60):
@@ -149,7 +156,7 @@ class TestPureNoise:
     def test_never_more_than_all_is_explained(self, noise):
         verdict = explained_by_noise(observed(noise[0], noise[1] * 1.05))
         assert verdict.share > 1 + verdict.share_uncertainty
-        assert share_text(verdict) == "all"
+        assert share_text(verdict).startswith("100.0 ± ")
 
     def test_without_noise_there_is_no_verdict(self):
         assert explained_by_noise(observed(np.ones((4, 4, 3)), 0.0)) is None
@@ -157,8 +164,32 @@ class TestPureNoise:
     def test_the_share_of_one_point_has_no_uncertainty(self):
         verdict = explained_by_noise(observed(np.full((1, 7), 2.0), 1.0))
         assert verdict.share == 0.25
-        assert "explains 25.0 % of" in noise_sentence(verdict)
+        assert noise_sentence(verdict).endswith("share of the squared difference 25.0 %)")
         assert "inf" not in noise_sentence(verdict)
+
+
+class TestWords:
+    def test_the_verdict_is_first_and_no_share_is_beyond_all(self):
+        verdict = explained_by_noise(observed([[0.0], [0.01], [1.5]], 1.0, level=100.0))
+        assert verdict.share > 1
+        assert noise_sentence(verdict) == (
+            "no more than noise (z of the mean 0.9, worst point 1.5, squares 0.0, bound 3.8; "
+            "share of the squared difference 100.0 ± 100.0 %)"
+        )
+
+    @pytest.mark.parametrize("shape", [(13, 20), (16, 16, 20)])
+    def test_noise_that_would_hide_what_a_person_sees(self, shape):
+        """The verdict says below which difference it is blind.
+
+        13 points have a bound of 4.13 standard errors; 4 blocks of 64 pixels one of 3.77, of an eighth of a pixel's.
+        Expected: with an error of 30 % of the level, 124 % of a point, and 14 % of a block.
+        """
+        difference = 0.3 * np.random.default_rng(3).standard_normal((*shape[:-1], 1)) * np.ones(shape[-1])
+        loud = noise_sentence(explained_by_noise(observed(difference, 0.3, level=1.0)))
+        least = "124 % of a point" if len(shape) == 2 else "14 % of a block"
+        assert loud.startswith(f"no more than noise, but too noisy to tell differences below {least} (")
+        quiet = noise_sentence(explained_by_noise(observed(difference / 100, 0.003, level=1.0)))
+        assert quiet.startswith("no more than noise (")
 
 
 class TestRealDifferences:
@@ -174,8 +205,10 @@ class TestRealDifferences:
 
     @pytest.mark.parametrize(("samples", "bound"), [(4, 28.0), (16, 5.239), (32, 4.461)])
     def test_one_point_of_four_that_changed(self, samples, bound):
-        """Rationale: 10 deviations are looked at, so the bound of each has a chance of 5e-5 on each side; it is that of
-        Student's t of 3, 15, 31 degrees of freedom."""
+        """The bound is that of Student's t of 3, 15, 31 degrees of freedom.
+
+        10 deviations are looked at, so the bound of each has a chance of 5e-5 on each side.
+        """
         difference = np.array([[0.0], [0.0], [bound], [0.0]])
         for factor, differs in ((1.02, True), (0.98, False)):
             case = observed(factor * difference, 1.0, freedom=samples - 1.0)

@@ -218,8 +218,10 @@ class TestScene:
             assert said(found).count("aperture of 0.125 degrees") == 2
 
     def test_the_mesh_of_a_render_is_found_again(self, tmp_path, monkeypatch):
-        """Rationale: a flat plate instead of the built-in body; a point on top of the body is then in mid-air,
-        and one on the plate is seen."""
+        """A render with a plate for the built-in body is measured on the plate.
+
+        A point on top of the body is then in mid-air, and one on the plate is seen.
+        """
         monkeypatch.chdir(tmp_path)
         trimesh.creation.box((2.0, 0.1, 2.0)).export(tmp_path / "plate.obj")
         options = {"size": (16, 16), "spp": 16, "wavelengths": "400:700:20"}
@@ -311,3 +313,66 @@ def test_files_are_closed(tmp_path, monkeypatch):
     compare(str(tmp_path / "a.nc"), image)
     assert len(closed) == 1
     assert closed[0] is not image
+
+
+class TestExcitationBelowTheFirstWavelength:
+    """Rationale: a render has no light below its first wavelength, so two grids excite luminescence differently."""
+
+    long, short = Wavelengths(300, 700, 50), Wavelengths(400, 700, 50)
+    said = "Luminescence: B was rendered from 400 nm on, so what 300-400 nm excites is in A only, which is part of"
+
+    def notes(self, second=short, component=None, method="paths", **attrs):
+        a = image_of(COMPONENTS, grid=self.long, method="paths")
+        b = image_of(COMPONENTS, grid=second, method=method, **attrs)
+        return " ".join(compare(a, b, component=component).notes)
+
+    @pytest.mark.parametrize("method", ["paths", "staged"])
+    def test_it_is_said(self, method):
+        assert self.said in self.notes(method=method)
+
+    @pytest.mark.parametrize(
+        "case",
+        [
+            {"second": long},
+            {"component": "reflected"},
+            {"method": "another"},
+            {"converted": "from other bands"},
+        ],
+    )
+    def test_it_is_not_said_where_it_is_not_so_or_not_known(self, case):
+        assert "Luminescence" not in self.notes(**case)
+
+    def test_nor_where_nothing_luminesces(self):
+        dark = [image_of(COMPONENTS, grid=grid, method="paths") for grid in (self.long, self.short)]
+        for image in dark:
+            image.dataset["radiance"][[2, 4, 5, 6]] = 0.0
+        assert "Luminescence" not in " ".join(compare(*dark).notes)
+
+
+class TestInputsOfAnotherType:
+    image = image_of(COMPONENTS)
+
+    @pytest.mark.parametrize(
+        "options",
+        [
+            *({"aperture": 3}, {"bandwidth_a": "x"}, {"component": 3}, {"white": 3}, {"match": 3}),
+            *({"points": [(1, 2)]}, {"points": []}, {"points": 5}),
+        ],
+    )
+    def test_options(self, options):
+        with pytest.raises(OptionError, match="expected"):
+            compare(self.image, self.image, **options)
+
+    def test_wavelengths(self):
+        with pytest.raises(SpectrumError, match="not readable"):
+            compare(self.image, self.image, wavelengths=5)
+        assert compare(self.image, self.image, wavelengths=[400, 500, 600]).grid == Wavelengths(400, 600, 100)
+
+    @pytest.mark.parametrize("source", [image.dataset, None])
+    def test_sources(self, source):
+        with pytest.raises(OptionError, match=r"(?s)cannot be compared.*expected"):
+            compare(self.image, source)
+
+    def test_a_scene_needs_points(self):
+        with pytest.raises(OptionError, match=r"(?s)at points.*furnace, and no points.*\(--points\)"):
+            compare(self.image, self.image, scene="furnace")

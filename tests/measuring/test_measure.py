@@ -74,8 +74,11 @@ class TestAperture:
             np.testing.assert_allclose(found, expected / expected.sum(), atol=1e-9)
 
     def test_a_large_aperture_is_no_large_array(self):
-        """400 pixels across: 125,664 pixels, of which only those at the edge, about 3 per pixel of the
-        circumference, are subsampled; all of them would take 41 million points."""
+        """Only pixels at the edge of an aperture are subsampled.
+
+        400 pixels across: 125,664 pixels, of which about 3 per pixel of the circumference; all of them would take
+        41 million points.
+        """
         tracemalloc.start()
         coverage(np.array([256.0, 256.0]), Aperture(400, "px"), (512, 512))
         peak = tracemalloc.get_traced_memory()[1]
@@ -216,8 +219,10 @@ class TestQuantities:
             normalised(self.spectra, "7")
 
     def test_bandwidth_of_a_line(self):
-        """A line of one 5 nm sample, seen through a triangle of 10 nm: its area is kept, its height is
-        (2 / 10) (integral from 0 to 5 of (1 - u / 5) (1 - u / 10)) = 5 / 12."""
+        """A line seen through a triangle of 10 nm keeps its area.
+
+        Of one 5 nm sample, the height is (2 / 10) (integral from 0 to 5 of (1 - u / 5) (1 - u / 10)) = 5 / 12.
+        """
         line = PointSpectra(("1",), Bands(Wavelengths(400, 700, 5)), np.eye(1, 61, 30))
         seen = line.through(10.0)
         assert seen.radiance.sum() == pytest.approx(1.0)
@@ -278,3 +283,42 @@ class TestFiles:
         (tmp_path / "p.csv").write_text(text)
         with pytest.raises(OptionError, match=fault):
             read_points(tmp_path / "p.csv")
+
+
+class TestInputsOfAnotherType:
+    points = (Point("1", (2, 3)),)
+
+    @pytest.mark.parametrize("points", [[(1, 2)], np.ones((2, 2)), {"a": (1, 2)}, 5, None])
+    def test_what_is_no_point(self, image, points):
+        with pytest.raises(OptionError, match=r"(?s)not a point.*sequence of Point.*points file"):
+            measure(image, points)
+
+    def test_no_points(self, image):
+        with pytest.raises(OptionError, match="there are no points"):
+            measure(image, [])
+
+    @pytest.mark.parametrize(
+        "options", [{"aperture": 3}, {"aperture": Aperture}, {"bandwidth": "x"}, {"component": 3}]
+    )
+    def test_options(self, image, options):
+        with pytest.raises(OptionError, match="expected"):
+            measure(image, self.points, **options)
+
+    def test_a_dataset_is_not_an_image(self, image):
+        with pytest.raises(ImageError, match=r"(?s)not a spectral image.*Dataset"):
+            measure(image.dataset, self.points)
+
+    @pytest.mark.parametrize("position", [5, ("a", "b"), (1, 2, 3, 4)])
+    def test_positions(self, position):
+        with pytest.raises(OptionError, match="not usable"):
+            Point("1", position)
+
+    @pytest.mark.parametrize("diameter", ["3", None, -1])
+    def test_diameters(self, diameter):
+        with pytest.raises(OptionError, match="impossible"):
+            Aperture(diameter, "px")
+
+    def test_a_scene_by_its_name(self, image):
+        by_name = measure(image, self.points, scene="cornell-box", aperture="2deg")
+        loaded = measure(image, self.points, scene=load_scene("cornell-box"), aperture="2deg")
+        np.testing.assert_array_equal(by_name.radiance, loaded.radiance)

@@ -13,7 +13,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from fluorspar import Material, Spectrum, Wavelengths, load_scene, register_plugins, render
+from fluorspar import Material, Spectrum, Wavelengths, load_scene, register_plugins, render, trace
 from fluorspar.errors import OptionError, SceneError, SceneNotice
 from fluorspar.paths.log import END
 from fluorspar.paths.tracing.trace_scene import build_trace_scene
@@ -455,3 +455,23 @@ def test_switching_variants_often_says_nothing(monkeypatch: pytest.MonkeyPatch) 
         with use_variant("llvm_ad_mono"):
             pass
     assert notices == []
+
+
+class TestWhatIsNoScene:
+    @pytest.mark.parametrize("source", [None, 5, [], b"x"])
+    def test_the_legal_forms_are_listed(self, source: Any) -> None:
+        for take in (load_scene, render, trace):
+            with pytest.raises(SceneError, match=r"(?s)not a scene.*XML file.*cornell-box.*dict"):
+                take(source)
+
+    def test_a_loaded_scene_is_not_loaded_again(self) -> None:
+        with pytest.raises(SceneError, match=r"(?s)loaded already.*use it as it is"):
+            load_scene(load_scene("furnace"))  # type: ignore[arg-type]
+
+    @pytest.mark.parametrize(
+        "options",
+        [{"materials": 5}, {"materials": {"cavity": 5}}, {"parameters": "spp"}, {"library": "folder"}],
+    )
+    def test_options_of_another_type(self, options: dict[str, Any]) -> None:
+        with pytest.raises(OptionError, match="expected"):
+            load_scene("furnace", **options)

@@ -51,7 +51,7 @@ def common_points(
     Raises
     ------
     OptionError
-        If points are missing, or none is common; if there is an aperture but no image that is measured.
+        If points are missing, or none is common; if there is an aperture or a scene but no image that is measured.
 
     Examples
     --------
@@ -67,8 +67,12 @@ def common_points(
     measured = [side for side in sides if isinstance(side, PointSpectra)]
     if aperture is not None and (points is None or not images):
         got = f"{aperture}, and no points" if points is None else f"{aperture}, and two tables"
-        fix = "give a points file (--points)" if images else "leave out --aperture"
+        fix = "give points (--points)" if images else "leave the aperture out (--aperture)"
         raise OptionError(message("an aperture measures images at points", got=got, fix=fix))
+    if scene is not None and (points is None or not images):
+        fix = "give points (--points)" if images else "leave the scene out (--scene)"
+        got = f"{scene.name}, and " + ("no points" if images else "two tables")
+        raise OptionError(message("a scene is for measuring images at points", got=got, fix=fix))
     if not measured and points is None:
         return None, []
     if points is None and images:
@@ -76,7 +80,7 @@ def common_points(
             message(
                 "an image is compared with a table at points, and their places are missing",
                 expected=f"the places of {', '.join(measured[0].names)}",
-                fix="give a points file (--points)",
+                fix="give points (--points)",
             )
         )
     # places may be more than what was measured, and the other way round
@@ -84,7 +88,7 @@ def common_points(
     if images and not known:
         raise OptionError(
             message(
-                "the points of the points file are not those of the table",
+                "the points are not those of the table",
                 got=", ".join(point.name for point in points or ()),
                 expected=f"some of {', '.join(measured[0].names)}" if measured else "at least one point",
             )

@@ -6,17 +6,18 @@ import os
 from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.colour.adaptation import adapt_to_d65
 from fluorspar.colour.xyz import CIE_1931
+from fluorspar.comparing.common_components import common_components
 from fluorspar.comparing.common_points import common_points
 from fluorspar.comparing.compare_images import compare_images
 from fluorspar.comparing.compare_points import compare_points
 from fluorspar.comparing.comparison import Comparison, Detail
-from fluorspar.comparing.light import common_light
 from fluorspar.comparing.scale import match_scales
 from fluorspar.comparing.sides import Weights, image_sides, point_sides
 from fluorspar.comparing.sources import (
@@ -33,8 +34,11 @@ from fluorspar.comparing.whites import exposure_of, has_colour, white_of
 from fluorspar.errors import SpectrumError, message
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.units import is_unit_of_radiance
+from fluorspar.job import read_grid
 from fluorspar.measuring.aperture import Aperture
+from fluorspar.measuring.image_scene import given_scene
 from fluorspar.measuring.normalised import RANGE
+from fluorspar.measuring.options import text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point, points_of
 from fluorspar.scene.scene import Scene
@@ -52,15 +56,13 @@ def compare(
     match: str = "none",
     white: str | None = None,
     observer: str = CIE_1931,
-    wavelengths: Wavelengths | str | None = None,
+    wavelengths: Wavelengths | str | ArrayLike | None = None,
     bandwidth_a: float | None = None,
     bandwidth_b: float | None = None,
     aperture: Aperture | str | None = None,
-    scene: Scene | None = None,
+    scene: Scene | str | Path | None = None,
     component: str | None = None,
     adapt: bool = False,
-    title_a: str = "",
-    title_b: str = "",
 ) -> Comparison:
     """Compare B with A.
 
@@ -82,24 +84,22 @@ def compare(
     observer : str
         Name of the colour matching functions in colour-science.
         It counts for CIELAB; luminances and pictures are those of CIE 1931.
-    wavelengths : Wavelengths or str, optional
-        The grid to compare on, such as `"400:700:10"` (nm); default: the coarser of the two, as far as both have
-        data.
+    wavelengths : Wavelengths, str or array_like of shape (T,), optional
+        The grid to compare on, such as `"400:700:10"` (nm), or evenly spaced wavelengths; default: the coarser of
+        the two, as far as both have data.
     bandwidth_a, bandwidth_b : float, optional
         FWHM in nm of the bands of each side, 0 for samples; default: samples for images of Fluorspar, and else
         what the file says.
     aperture : Aperture or str, optional
         As in `measure`, the same for both sides.
-    scene : Scene, optional
-        As in `measure`, the same for both sides.
+    scene : Scene, str or Path, optional
+        As in `measure`, the same for both sides; it needs points.
     component : str, optional
         As in `measure`, the same for both sides. By default, if only one of two images holds light that
         luminesced twice, both are compared without it (`single_bounce`).
     adapt : bool
         Show pictures adapted from the white of CIELAB to the white of the display, D65, by the linear
         Bradford transform.
-    title_a, title_b : str
-        What to call them.
 
     Returns
     -------
@@ -136,20 +136,20 @@ def compare(
     0.0
     """
     with ExitStack() as opened:
-        if isinstance(aperture, str):
-            aperture = Aperture.parse(aperture)
-        if isinstance(wavelengths, str):
-            wavelengths = Wavelengths.parse(wavelengths)
+        match, white = text_option("match", match) or "none", text_option("white", white)
+        component = text_option("component", component)
+        widths = width_option("bandwidth_a", bandwidth_a), width_option("bandwidth_b", bandwidth_b)
+        grid = None if wavelengths is None else read_grid(wavelengths)
         sides = _opened(a, opened), _opened(b, opened)
-        titles = title_a or title_of(sides[0], a), title_b or title_of(sides[1], b)
-        bands, weights, of_bands = _common(sides, (bandwidth_a, bandwidth_b), wavelengths)
-        components, of_components = common_light(sides, component)
+        titles = title_of(sides[0], a), title_of(sides[1], b)
+        bands, weights, of_bands = _common(sides, widths, grid)
+        components, of_components = common_components(sides, component)
         of_units = check_units(*sides, match)
         tables, of_points = common_points(
             sides,
             None if points is None else points_of(points),
-            scene=scene,
-            aperture=aperture,
+            scene=given_scene(scene),
+            aperture=Aperture.of(aperture),
             components=components,
             titles=titles,
         )

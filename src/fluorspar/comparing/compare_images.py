@@ -17,7 +17,7 @@ from fluorspar.comparing.terms import Terms
 from fluorspar.comparing.whites import lab_of
 from fluorspar.errors import ImageError, message
 from fluorspar.image.dataset import row_blocks
-from fluorspar.measuring.freedom import error_freedom
+from fluorspar.measuring.error_freedom import error_freedom
 
 __all__ = ["compare_images", "mean_of_images"]
 

@@ -12,7 +12,7 @@ from fluorspar.comparing.noise import Differences, NoiseVerdict, explained_by_no
 from fluorspar.comparing.sides import PointSide
 from fluorspar.comparing.terms import Terms
 from fluorspar.comparing.whites import lab_of
-from fluorspar.measuring.freedom import combined_freedom
+from fluorspar.measuring.error_freedom import combined_freedom
 
 __all__ = ["compare_points"]
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fluorspar.measuring.freedom import combined_freedom
+from fluorspar.measuring.error_freedom import combined_freedom
 
 __all__ = ["Differences", "NoiseVerdict", "explained_by_noise", "normal_score"]
 
@@ -90,6 +90,8 @@ class NoiseVerdict:
         short of it.
     unexplained : int
         Number of pixels or points that differ although neither side has noise there.
+    detectable : float
+        Relative difference of a block or point that the bound would just tell, the median over them.
     doubt : str
         Why there is no verdict; empty if there is one.
     differs : bool or None
@@ -107,6 +109,7 @@ class NoiseVerdict:
     observations: int
     share_z: float
     unexplained: int
+    detectable: float
     doubt: str
     differs: bool | None
 
@@ -158,6 +161,8 @@ def explained_by_noise(
     >>> verdict.differs, abs(verdict.share - 1) < 3 * verdict.share_uncertainty
     (False, True)
     """
+    from scipy.special import ndtri
+
     d = differences
     known = np.isfinite(d.squares) & np.isfinite(d.variances)
     blocks = _in_blocks(d, known)
@@ -174,19 +179,24 @@ def explained_by_noise(
     z = normal_score(blocks.means / np.sqrt(of_mean), freedom)
     tied = shared / of_mean
     mean_z = float(z.sum() / np.sqrt(np.sum(1 - tied) + np.sum(np.sqrt(tied)) ** 2))
-    if (
-        of_points
-    ):  # fully correlated bands have one deviation, their root mean square; that of others varies less
+    if of_points:
+        # fully correlated bands have one deviation, their root mean square; that of others varies less
         z = np.append(z, normal_score(np.sqrt(blocks.squares / variances), freedom))
-    block_z, bound = float(np.abs(z).max()), _bound(len(z) + 2)
+    block_z, bound = float(np.abs(z).max()), float(-ndtri(_CHANCE / (2 * (len(z) + 2))))
     # the mean of a ratio to an estimate of n degrees of freedom is n / (n - 2)
     ratios = blocks.squares / variances * np.maximum(1 - 2 / freedom, 1 / 3)
     tied_square = float(np.mean(1 - blocks.variances / variances))
-    mean, scatter = float(ratios.mean()), _scatter(ratios)
+    mean = float(ratios.mean())
+    scatter = float(ratios.std(ddof=1) / np.sqrt(len(ratios))) if len(ratios) > 1 else np.inf
     # the square of the one error that all share is beyond bound^2 no more often than that error beyond the bound
     share_t = (mean - 1) / max(scatter + tied_square * bound, _LEAST_SCATTER)
     share_z = float(normal_score(share_t, max(len(ratios) - 1, 1)))
-    unexplained = 0 if known_of in _OTHER else _without_noise(d, known, scale_error)
+    quiet = known & (d.variances + scale_error**2 * d.level_squares == 0)
+    differ = quiet & (d.squares > _ROUNDING**2 * d.level_squares)
+    unexplained = 0 if known_of in _OTHER else int(differ.sum())
+    # at a point single bands count, since they are what gives it its colour
+    noise, level = (variances, blocks.level_squares) if of_points else (of_mean, blocks.levels**2)
+    relative = np.sqrt(np.divide(noise, level, out=np.full_like(level, np.inf), where=level > 0))
     doubt = _doubt(known_of, same_seed) if d.squares[known].any() else ""
     beyond = max(block_z, abs(mean_z), share_z) > bound
     return NoiseVerdict(
@@ -202,6 +212,7 @@ def explained_by_noise(
         observations=int(known.sum()),
         share_z=share_z,
         unexplained=unexplained,
+        detectable=bound * float(np.median(relative)),
         doubt=doubt,
         # a pixel without noise tells, whatever the noise of the others
         differs=True if unexplained else None if doubt else beyond,
@@ -223,30 +234,12 @@ def _in_blocks(d: Differences, known: NDArray[np.bool_]) -> Differences:
     return Differences(squares, variances, means, np.sqrt(of_mean), levels, level_squares, freedom)
 
 
-def _without_noise(d: Differences, known: NDArray[np.bool_], scale_error: float) -> int:
-    """How many pixels differ by more than rounding although there is no noise."""
-    quiet = known & (d.variances + scale_error**2 * d.level_squares == 0)
-    return int(np.sum(quiet & (d.squares > _ROUNDING**2 * d.level_squares)))
-
-
 def _doubt(known_of: str, same_seed: int | None) -> str:
     if known_of in _OTHER:
-        return f"the noise of {_OTHER[known_of]} is not known: no verdict"
+        return f"the noise of {_OTHER[known_of]} is not known"
     if same_seed is not None:
-        other = f"render one with --seed {same_seed + 1}"
-        return f"the noise of both is correlated (same seed {same_seed}): no verdict; {other}"
+        return f"the noise of both is correlated, same seed {same_seed}; render one with seed {same_seed + 1}"
     return ""
-
-
-def _scatter(ratios: Array) -> float:
-    """Standard error of the mean of ratios; infinite for one, which does not scatter."""
-    return float(ratios.std(ddof=1) / np.sqrt(len(ratios))) if len(ratios) > 1 else np.inf
-
-
-def _bound(count: int) -> float:
-    from scipy.special import ndtri
-
-    return float(-ndtri(_CHANCE / (2 * count)))
 
 
 def normal_score(t: ArrayLike, freedom: ArrayLike) -> Array:

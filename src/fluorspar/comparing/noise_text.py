@@ -8,6 +8,8 @@ from fluorspar.comparing.noise import NoiseVerdict
 
 __all__ = ["noise_sentence", "share_text", "verdict_text"]
 
+_VISIBLE = 0.05  # a relative difference of luminance of about one CIEDE2000
+
 
 def share_text(noise: NoiseVerdict) -> str:
     """The share of the squared difference that noise explains, in words; never more than all of it."""
@@ -15,37 +17,43 @@ def share_text(noise: NoiseVerdict) -> str:
         return "no difference"
     if noise.doubt and not noise.one_sided:
         return "not known"
-    if not np.isfinite(noise.share_uncertainty):
-        return "all" if noise.share > 1 else f"{100 * noise.share:.1f} %"
-    if noise.share > 1 + noise.share_uncertainty:
-        return "all"
-    return f"{100 * noise.share:.1f} ± {100 * noise.share_uncertainty:.1f} %"
+    plus = f" ± {100 * min(noise.share_uncertainty, 1):.1f}" if np.isfinite(noise.share_uncertainty) else ""
+    return f"{100 * min(noise.share, 1):.1f}{plus} %"
 
 
 def verdict_text(noise: NoiseVerdict) -> str:
     """Whether the difference is more than noise, in words."""
     if noise.differs is None:
         return "no verdict"
-    return "more than noise" if noise.differs else "no more than noise"
+    if noise.differs:
+        return "more than noise"
+    if not (np.isfinite(noise.share) and _VISIBLE < noise.detectable < np.inf):
+        return "no more than noise"
+    least = f"{100 * noise.detectable:.0f} % of a {_part(noise)}"
+    return f"no more than noise, but too noisy to tell differences below {least}"
 
 
 def noise_sentence(noise: NoiseVerdict, subject: str = "") -> str:
-    """What the standard errors say, in words; `subject` is put before what noise explains."""
-    of_pixels = noise.blocks < noise.observations
-    without_noise = ""
-    if noise.unexplained:
-        what = "pixels" if of_pixels else "points"
-        without_noise = f"; {noise.unexplained} {what} differ where there is no noise"
-    explained = f"{subject}of {noise.known_of} explains {share_text(noise)} of the squared difference"
-    if noise.doubt and noise.one_sided:
-        return f"{noise.doubt}; {explained.replace(' explains', ' alone explains')}"
+    """What the standard errors say in words, the verdict first; `subject` is put before the share."""
+    parts = []
     if noise.doubt:
-        return noise.doubt + without_noise
-    if not np.isfinite(noise.share):
-        return f"there is no difference{without_noise}"
-    where = f"of {noise.blocks} blocks" if of_pixels else "of the points"
-    return (
-        f"{explained}; in standard errors, the squares deviate by {noise.share_z:.1f}, "
-        f"the mean by {abs(noise.mean_z):.1f}, the greatest {where} by {noise.block_z:.1f} "
-        f"(noise alone: below {noise.block_bound:.1f}){without_noise}, so the difference is {verdict_text(noise)}"
-    )
+        parts.append(noise.doubt)
+    elif np.isfinite(noise.share):
+        parts.append(
+            f"z of the mean {abs(noise.mean_z):.1f}, worst {_part(noise)} {noise.block_z:.1f}, "
+            f"squares {max(0.0, noise.share_z):.1f}, bound {noise.block_bound:.1f}"
+        )
+    else:
+        parts.append("there is no difference")
+    if noise.unexplained:
+        what = "pixels" if _part(noise) == "block" else "points"
+        parts.append(f"{noise.unexplained} {what} differ where there is no noise")
+    if np.isfinite(noise.share) and (noise.one_sided or not noise.doubt):
+        alone = f", {noise.known_of} alone," if noise.one_sided else ""
+        parts.append(f"{subject}share of the squared difference{alone} {share_text(noise)}")
+    return f"{verdict_text(noise)} ({'; '.join(parts)})"
+
+
+def _part(noise: NoiseVerdict) -> str:
+    """What the deviations are of."""
+    return "block" if noise.blocks < noise.observations else "point"

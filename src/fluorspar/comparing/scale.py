@@ -65,7 +65,7 @@ def match_scales(
     """
     at_a_point = match not in ("none", "luminance")
     if at_a_point and points is None:
-        fault, fix = "the scales cannot be matched at a point without points", "give a points file (--points)"
+        fault, fix = "the scales cannot be matched at a point without points", "give points (--points)"
         raise OptionError(message(fault, got=match, fix=fix))
     what = "points" if images is None else "pixels"
     if images is not None:
@@ -89,7 +89,10 @@ def match_scales(
             how = f"Scale: B is matched to A by the average luminance (CIE 1931) of the {what}"
         how += f"; for RMSE both are divided by the mean of A over the {what} and these bands"
     scale = Scale(mean_a / mean_b, mean_a, mean_b, _error(points, images, grid, in_range, match))
-    sentences = [f"{how}: {mean_a:.6g} and {mean_b:.6g}, so B counts {scale.factor:.6g} times."]
+    divisors = f"{mean_a:.6g}"
+    if scale.factor != 1:
+        divisors += f" and {mean_b:.6g}, so B counts {scale.factor:.6g} times"
+    sentences = [f"{how}: {divisors}."]
     if scale.error:
         where = f"point {match}" if at_a_point else "the average luminance"
         sentences.append(f"The noise of {where} makes that factor uncertain by {100 * scale.error:.2g} %.")

@@ -172,7 +172,7 @@ def image_sides(
                 "the images differ in size",
                 got=" and ".join(f"{w} x {h}" for w, h in (a.size, b.size)),
                 expected="the same number of pixels",
-                fix="render both at one size, or compare them at positions in the scene (--points)",
+                fix="render both at one size, or compare them at positions in the scene: points (--points)",
             )
         )
     images = (

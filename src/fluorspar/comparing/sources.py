@@ -46,7 +46,7 @@ def open_side(source: Source) -> Side:
     Raises
     ------
     OptionError
-        If the suffix is none of those known.
+        If it is none of these, or the suffix is none of those known.
     ImageError, SpectrumError
         If the file cannot be read.
 
@@ -62,6 +62,14 @@ def open_side(source: Source) -> Side:
     """
     if isinstance(source, SpectralImage | PointSpectra):
         return source
+    if not isinstance(source, str | os.PathLike):
+        raise OptionError(
+            message(
+                "this cannot be compared",
+                got=type(source).__name__,
+                expected="a SpectralImage, a PointSpectra, or the path of an image or a table of spectra",
+            )
+        )
     suffix = Path(source).suffix.lower()
     if suffix in SUFFIXES:
         return SpectralImage.open(source)
@@ -128,8 +136,8 @@ def check_units(a: Side, b: Side, match: str) -> list[str]:
             "the two sides have different units",
             got=told,
             expected="the same unit, or scales that are matched",
-            fix="match the scales (--match luminance, or --match POINT); if a table states no unit, or not the right "
-            "one, put a line '# unit: W m-2 sr-1 nm-1' above its header",
+            fix="match the scales by luminance or at a point (--match luminance|POINT); if a table states no unit, or "
+            "not the right one, put a line '# unit: W m-2 sr-1 nm-1' above its header",
         )
     )
 

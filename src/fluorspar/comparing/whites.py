@@ -127,7 +127,7 @@ def _illuminant(name: str, table: PointSpectra | None) -> Spectrum:
         return illuminant(name)
     except SpectrumError as err:
         points = f"a point ({', '.join(table.names)})" if table is not None else "no point, as there are none"
-        fix = "" if table is not None else "give a points file (--points) to take a point as white"
+        fix = "" if table is not None else "give points (--points) to take a point as white"
         raise SpectrumError(
             message(
                 "there is no such illuminant, and no such point",

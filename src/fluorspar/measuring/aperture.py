@@ -42,7 +42,8 @@ class Aperture:
 
     def __post_init__(self) -> None:
         limit = 180.0 if self.unit == "deg" else np.inf  # a half space
-        if self.unit not in ("deg", "px") or not 0 < self.diameter < limit:
+        number = isinstance(self.diameter, int | float | np.number)
+        if self.unit not in ("deg", "px") or not number or not 0 < self.diameter < limit:
             raise OptionError(
                 message(
                     "the aperture is impossible",
@@ -50,6 +51,27 @@ class Aperture:
                     expected="a diameter, such as 0.125deg or 3px, below 180 degrees",
                 )
             )
+
+    @classmethod
+    def of(cls, aperture: Aperture | str | None) -> Aperture | None:
+        """Read an aperture in the forms that `measure` takes; None stays None.
+
+        Examples
+        --------
+        >>> Aperture.of("3px")
+        Aperture(diameter=3.0, unit='px')
+        """
+        if aperture is None or isinstance(aperture, Aperture):
+            return aperture
+        if isinstance(aperture, str):
+            return cls.parse(aperture)
+        raise OptionError(
+            message(
+                "the aperture is not readable",
+                got=repr(aperture),
+                expected='an Aperture, or its diameter as text, such as "0.125deg" or "3px"',
+            )
+        )
 
     @classmethod
     def parse(cls, text: str) -> Aperture:
@@ -122,7 +144,7 @@ def radius_in_pixels(centre: Array, aperture: Aperture, camera_matrix: Array | N
             message(
                 "an aperture in degrees needs the camera",
                 got=str(aperture),
-                fix="name the scene (--scene), or give the aperture in pixels (--aperture 3px)",
+                fix="name the scene (--scene), or give the aperture in pixels, 3px (--aperture 3px)",
             )
         )
     axis = directions(centre, camera_matrix)

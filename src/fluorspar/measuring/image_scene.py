@@ -12,11 +12,29 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measuring.points import Point
 from fluorspar.scene.scene import Scene
 
-__all__ = ["scene_of", "visible_pixels"]
+__all__ = ["given_scene", "scene_of", "visible_pixels"]
 
 Array = NDArray[np.float64]
 
 _ON_SURFACE = 2e-3  # of the distance to the camera
+
+
+def given_scene(scene: Scene | str | Path | None) -> Scene | None:
+    """Load a scene that is given by its name or path; None stays None.
+
+    Raises
+    ------
+    SceneError
+        If it cannot be loaded.
+
+    Examples
+    --------
+    >>> given_scene("cornell-box").name
+    'cornell-box'
+    """
+    from fluorspar.scene.loading import load_scene
+
+    return scene if scene is None or isinstance(scene, Scene) else load_scene(scene)
 
 
 def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
@@ -53,7 +71,7 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
                     "the mesh that the image was rendered with is gone",
                     where=f"scene {name}",
                     got=mesh,
-                    fix=f"put it back, or say where it is: --scene {name} -D mesh=FILE",
+                    fix=f"put it back, or load the scene with its place: parameters (--scene {name} -D mesh=FILE)",
                 )
             )
         return load_scene(name, parameters=parameters)
@@ -62,8 +80,8 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
             message(
                 "the scene is needed for positions in it, and for an aperture in degrees",
                 got=f"an image of {name!r}" if name else "an image that names no scene",
-                fix="name the scene (--scene, and -D KEY=VALUE as it was rendered), or give pixels and an aperture in "
-                "pixels (--aperture 3px)",
+                fix="give the scene as it was rendered (--scene, -D KEY=VALUE), or pixels and an aperture in pixels, "
+                "3px (--aperture 3px)",
             )
         )
     return None

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,9 @@ from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, unit_of_image
 from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
-from fluorspar.measuring.freedom import combined_freedom, error_freedom
-from fluorspar.measuring.image_scene import scene_of, visible_pixels
+from fluorspar.measuring.error_freedom import combined_freedom, error_freedom
+from fluorspar.measuring.image_scene import given_scene, scene_of, visible_pixels
+from fluorspar.measuring.options import text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point, pixels_of, points_of
 from fluorspar.scene.scene import Scene
@@ -34,7 +36,7 @@ def measure(
     image: SpectralImage | str | os.PathLike[str],
     points: Sequence[Point] | str | os.PathLike[str],
     *,
-    scene: Scene | None = None,
+    scene: Scene | str | Path | None = None,
     aperture: Aperture | str | None = None,
     bandwidth: float = 0.0,
     component: str | None = None,
@@ -48,7 +50,7 @@ def measure(
         A spectral image, or its file (`.nc`, `.exr`, `.hdr`).
     points : sequence of Point, str or path-like
         P pixels, or positions on surfaces of the scene; or a points file, as `read_points` takes it.
-    scene : Scene, optional
+    scene : Scene, str or Path, optional
         The scene of the image: needed for positions and for an aperture in degrees. By default the built-in
         scene of that name, if the image has one.
     aperture : Aperture or str, optional
@@ -74,7 +76,9 @@ def measure(
     ------
     OptionError
         If a point lies outside the image, is hidden, or is not on a surface; if the scene is needed and not
-        known; if there is no such component; if the points file or the aperture cannot be read.
+        known; if there is no such component; if the points, the aperture or the bandwidth are not usable.
+    SceneError
+        If the scene cannot be loaded.
     ImageError
         If the image cannot be read, or a pixel that is measured was not rendered.
 
@@ -93,11 +97,21 @@ def measure(
     """
     with ExitStack() as opened:
         if not isinstance(image, SpectralImage):
+            if not isinstance(image, str | os.PathLike):
+                raise ImageError(
+                    message(
+                        "this is not a spectral image",
+                        got=type(image).__name__,
+                        expected="a SpectralImage, or the path of one (.nc, .exr, .hdr)",
+                    )
+                )
             title = title or text_of(image)
             image = opened.enter_context(SpectralImage.open(image))
-        points = points_of(points)
-        if isinstance(aperture, str):
-            aperture = Aperture.parse(aperture)
+        points, scene, aperture = points_of(points), given_scene(scene), Aperture.of(aperture)
+        component, bandwidth = (
+            text_option("component", component),
+            width_option("bandwidth", bandwidth) or 0.0,
+        )
         needs_camera = any(not point.is_pixel for point in points)
         if scene is None and (needs_camera or aperture is None or aperture.unit == "deg"):
             scene = scene_of(image, required=needs_camera or aperture is not None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,7 +45,12 @@ class Point:
     note: str = ""
 
     def __post_init__(self) -> None:
-        if len(self.position) not in (2, 3) or not np.isfinite(self.position).all():
+        numbers = np.asarray(self.position)
+        if (
+            numbers.shape not in ((2,), (3,))
+            or numbers.dtype.kind not in "iuf"
+            or not np.isfinite(numbers).all()
+        ):
             raise OptionError(
                 message(
                     "a point is not usable",
@@ -54,7 +59,8 @@ class Point:
                     expected="x, y or x, y, z",
                 )
             )
-        if self.white is not None and not 0 < self.white <= 1:
+        number = isinstance(self.white, int | float | np.number)
+        if self.white is not None and not (number and 0 < self.white <= 1):
             raise OptionError(
                 message(
                     "a white is impossible",
@@ -142,12 +148,27 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
 def points_of(points: Sequence[Point] | str | os.PathLike[str]) -> tuple[Point, ...]:
     """The points that are given, or those of a points file.
 
+    Raises
+    ------
+    OptionError
+        If they are neither, or there are none.
+
     Examples
     --------
     >>> points_of([Point("1", (3, 4))])
     (Point(name='1', position=(3, 4), white=None, note=''),)
     """
-    return read_points(points) if isinstance(points, str | os.PathLike) else tuple(points)
+    expected = "a sequence of Point, such as [Point('1', (x, y))], or the path of a points file"
+    if isinstance(points, str | os.PathLike):
+        return read_points(points)
+    given = tuple(points) if isinstance(points, Iterable) else (points,)
+    if not given:
+        raise OptionError(message("there are no points", got=repr(points), expected=expected))
+    for one in given:
+        if not isinstance(one, Point):
+            where = f"in a {type(points).__name__}" if isinstance(points, Iterable) else None
+            raise OptionError(message("this is not a point", where=where, got=repr(one), expected=expected))
+    return given
 
 
 def pixels_of(

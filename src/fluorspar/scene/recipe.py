@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 
 from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Material
+from fluorspar.errors import OptionError, SceneError, message
 from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
 from fluorspar.scene.nodes import parse_scene
 from fluorspar.scene.scene_dict import plain_dict
@@ -87,7 +89,9 @@ def recipe_of(
     Raises
     ------
     SceneError
-        If a dict holds a value that cannot be pickled.
+        If it is none of these, or a dict holds a value that cannot be pickled.
+    OptionError
+        If materials, parameters or library are of another type.
     MaterialError, SpectrumError
         If a material from outside is unknown or impossible.
 
@@ -96,6 +100,32 @@ def recipe_of(
     >>> recipe_of("furnace", parameters={"spp": 4}).parameters
     {'spp': '4'}
     """
+    if not isinstance(source, str | os.PathLike | dict):
+        kind = type(source).__name__
+        loaded = kind == "Scene"
+        raise SceneError(
+            message(
+                "the scene is loaded already" if loaded else "this is not a scene",
+                got="a Scene" if loaded else f"{source!r} ({kind})",
+                expected=f"the path of an XML file, a built-in scene ({', '.join(BUILTIN)}), or a dict",
+                fix="use it as it is: render, trace, measure and compare take it" if loaded else "",
+            )
+        )
+    for name, given in (("materials", materials), ("parameters", parameters)):
+        if given is not None and not isinstance(given, Mapping):
+            raise OptionError(
+                message(f"the {name} are not readable", got=repr(given), expected="a dict, name: value")
+            )
+    for key, outer in (materials or {}).items():
+        if not isinstance(outer, str | os.PathLike | Material):
+            expected = "a Material, a name or mixture from the library, or a file"
+            raise OptionError(
+                message("this is not a material", where=key, got=repr(outer), expected=expected)
+            )
+    if isinstance(library, str) or not isinstance(library, Sequence):
+        raise OptionError(
+            message("the library is not readable", got=repr(library), expected="a sequence of folders")
+        )
     values = {name: str(value) for name, value in (parameters or {}).items()}
     absolute: Path | str | dict[str, Any]
     if isinstance(source, dict):

@@ -28,7 +28,9 @@ def whole(name: str, value: object) -> int:
     >>> whole("spp", 16.0)
     16
     """
-    if isinstance(value, (int, np.integer)) or (isinstance(value, float) and value.is_integer()):
+    if not isinstance(value, bool) and (
+        isinstance(value, (int, np.integer)) or (isinstance(value, float) and value.is_integer())
+    ):
         return int(value)
     raise OptionError(message(f"{name} is not a whole number", got=repr(value), expected="a whole number"))
 
@@ -67,6 +69,7 @@ class Settings:
                 raise OptionError(
                     message(f"{name} is out of range", got=getattr(self, name), expected=f"{low} to {high}")
                 )
+        object.__setattr__(self, "max_depth", whole("max_depth", self.max_depth))
         if self.max_depth != UNLIMITED and self.max_depth < 1:
             raise OptionError(
                 message(

@@ -1,18 +1,23 @@
-"""Which light of two images is compared, and where they do not hold the same."""
+"""Which components of two images are compared, and where these do not hold the same light."""
 
 from __future__ import annotations
 
-from fluorspar.comparing.sources import Side
-from fluorspar.image.components import COMPONENTS, GROUPS, TOTAL, named_in, select
-from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import OF_TOTAL, error_layer
+import numpy as np
 
-__all__ = ["common_light"]
+from fluorspar.comparing.sources import Side
+from fluorspar.image.components import COMPONENTS, GROUPS, LUMINESCENT, TOTAL, named_in, select
+from fluorspar.image.dataset import values_of
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.stated import METHODS, OF_TOTAL, error_layer
+
+__all__ = ["common_components"]
 
 _REEXCITATION = COMPONENTS[6]
+_SAME = 1e-6  # nm
+_ROWS = 16  # that are enough to see whether anything luminesces
 
 
-def common_light(
+def common_components(
     sides: tuple[Side, Side], component: str | None
 ) -> tuple[tuple[str | None, str | None], list[str]]:
     """Choose what of each image is compared: light that luminesced twice only if both hold it.
@@ -32,12 +37,11 @@ def common_light(
 
     Examples
     --------
-    >>> import numpy as np
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> ones = np.ones((7, 1, 1, 69))
     >>> a = SpectralImage.from_arrays(ones, Wavelengths())
     >>> b = SpectralImage.from_arrays(ones[:6], Wavelengths(), components=COMPONENTS[:6])
-    >>> common_light((a, b), None)[0]
+    >>> common_components((a, b), None)[0]
     ('single_bounce', None)
     """
     compared: list[str | None] = [component, component]
@@ -61,7 +65,7 @@ def common_light(
             layer = error_layer(side, what)
             if layer == ("standard_error", None) and select(what, side.components) != side.components:
                 notes.append(f"{name}: {OF_TOTAL}.")
-    return (compared[0], compared[1]), notes + _unlike(sides, compared)
+    return (compared[0], compared[1]), notes + _unlike(sides, compared) + _missing_excitation(sides, compared)
 
 
 def _unlike(sides: tuple[Side, Side], compared: list[str | None]) -> list[str]:
@@ -88,6 +92,31 @@ def _unlike(sides: tuple[Side, Side], compared: list[str | None]) -> list[str]:
         for name, names in zip("AB", only, strict=True)
         if names
     ]
+
+
+def _missing_excitation(sides: tuple[Side, Side], compared: list[str | None]) -> list[str]:
+    """Say that luminescence differs between renders whose grids begin at different wavelengths."""
+    starts = []
+    for side, what in zip(sides, compared, strict=True):
+        if not isinstance(side, SpectralImage) or _is_whole(side) or "converted" in side.attrs:
+            return []  # the grid of the render is not known
+        if side.attrs.get("method") not in METHODS or not _luminesces(side, what):
+            return []
+        starts.append(side.wavelengths.start)
+    if abs(starts[0] - starts[1]) < _SAME:
+        return []
+    late = int(starts[1] > starts[0])
+    return [
+        f"Luminescence: {'AB'[late]} was rendered from {starts[late]:g} nm on, so what {starts[1 - late]:g}-"
+        f"{starts[late]:g} nm excites is in {'BA'[late]} only, which is part of the difference."
+    ]
+
+
+def _luminesces(image: SpectralImage, component: str | None) -> bool:
+    """Whether some of its light, in evenly spaced rows, luminesced."""
+    names = set(select(component, image.components)) & {*LUMINESCENT, _REEXCITATION}
+    rows = slice(None, None, -(-image.size[1] // _ROWS))
+    return any(np.nan_to_num(values_of(image.dataset, "radiance", rows, name)).any() for name in names)
 
 
 def _is_whole(side: Side) -> bool:
