@@ -10,12 +10,14 @@ from .bispectral.material import Material as Material
 from .comparing.compare import compare as compare
 from .image.components import COMPONENTS as COMPONENTS
 from .image.spectral_image import SpectralImage as SpectralImage
+from .job import RenderJob as RenderJob
 from .measuring.aperture import Aperture as Aperture
 from .measuring.measure import measure as measure
 from .measuring.point_spectra import PointSpectra as PointSpectra
 from .measuring.points import Point as Point
 from .paths.light_paths import LightPaths as LightPaths
 from .rendering import render as render
+from .rendering import render_job as render_job
 from .rendering import trace as trace
 from .scene.loading import load_scene as load_scene
 from .scene.plugin import register_plugins as register_plugins

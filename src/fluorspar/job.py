@@ -23,6 +23,7 @@ from fluorspar.version import __version__
 
 __all__ = ["RenderJob", "read_grid"]
 
+MOST_THREADS = 4096
 LARGEST_SEED = 2**63 - 1  # what the attributes of a NetCDF file can hold
 
 
@@ -72,6 +73,7 @@ class RenderJob:
     variant: str = "llvm"
     threads: int | None = None
     options: Any = None
+    _asked: Scene | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _one_of("method", self.method, METHODS)
@@ -95,12 +97,21 @@ class RenderJob:
         if not 0 <= self.seed <= LARGEST_SEED:
             fault = "the seed is negative" if self.seed < 0 else "the seed is too large"
             raise OptionError(message(fault, got=self.seed, expected=f"0 to {LARGEST_SEED}"))
-        if self.threads is not None and whole("threads", self.threads) < 1:
-            raise OptionError(
-                message("the number of threads is out of range", got=self.threads, expected="1 or more")
-            )
-        if self.method == "paths":  # the staged method has a sampler of its own
+        if self.threads is not None:
+            object.__setattr__(self, "threads", whole("threads", self.threads))
+            if not 1 <= self.threads <= MOST_THREADS:
+                raise OptionError(
+                    message(
+                        "the number of threads is out of range",
+                        got=self.threads,
+                        expected=f"1 to {MOST_THREADS}",
+                    )
+                )
+        # The staged method has a sampler of its own. A copy of a job asks its scene no more, so that light paths
+        # give their images also where the scene's files are not.
+        if self.method == "paths" and self.scene is not self._asked:
             object.__setattr__(self, "scene", self.scene.with_whole_samples())
+            object.__setattr__(self, "_asked", self.scene)
 
     @classmethod
     def of(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -265,6 +268,19 @@ class TestLightPaths:
             )
         with pytest.raises(OptionError, match="Stokes"):
             paths.image(stokes="loose")  # type: ignore[arg-type]
+
+    def test_images_do_not_need_the_scene_file(self, tmp_path: Path) -> None:
+        paths = trace(furnace(tmp_path), wavelengths=GRID)
+        (tmp_path / "paths.pickle").write_bytes(pickle.dumps(paths))
+        (tmp_path / "scene.xml").unlink()
+        code = """
+import pickle
+from pathlib import Path
+pickle.loads(Path("paths.pickle").read_bytes()).image(output="image.nc").close()
+"""
+        subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+        with SpectralImage.open(tmp_path / "image.nc") as image:
+            assert np.array_equal(image.total().values, paths.image().total().values)
 
     def test_a_file_of_another_kind_stays_as_it_is(self, tmp_path: Path) -> None:
         (tmp_path / "a.exr").write_bytes(b"precious")

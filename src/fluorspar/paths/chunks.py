@@ -56,6 +56,10 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
                 ):  # one is waiting, so that no core does while the last paths of another are traced
                     yield tracer.finish(begun.popleft())
             yield tracer.finish(begun.popleft())
+        except RuntimeError as err:
+            if isinstance(err.__cause__, KeyboardInterrupt):  # Dr.Jit wraps what happens in its loops
+                raise KeyboardInterrupt from err
+            raise
         finally:
             dr.set_thread_count(threads_before)
 

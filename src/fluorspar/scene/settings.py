@@ -70,9 +70,11 @@ class Settings:
                     message(f"{name} is out of range", got=getattr(self, name), expected=f"{low} to {high}")
                 )
         object.__setattr__(self, "max_depth", whole("max_depth", self.max_depth))
-        if self.max_depth != UNLIMITED and self.max_depth < 1:
+        if self.max_depth != UNLIMITED and not 1 <= self.max_depth < 2**31:
             raise OptionError(
                 message(
-                    "max_depth is out of range", got=self.max_depth, expected="1 or more, or -1 for unlimited"
+                    "max_depth is out of range",
+                    got=self.max_depth,
+                    expected=f"1 to {2**31 - 1}, or -1 for unlimited",
                 )
             )

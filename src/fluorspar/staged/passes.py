@@ -11,12 +11,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.errors import SceneNotice
+from fluorspar.job import RenderJob
 from fluorspar.progress import Progress
-from fluorspar.scene.scene import Scene
 from fluorspar.scene.settings import UNLIMITED
-from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.equations import luminescence
 from fluorspar.staged.imaging import Layers, Sampling, Views, band_groups, plan_samples, render_bands
 from fluorspar.staged.intermediate import Intermediate
@@ -35,12 +33,8 @@ _COMPILE_FROM = 16  # renders of a pass, from which one more does not matter
 class Passes:
     """The renders of one scene, and what they need."""
 
-    scene: Scene
-    grid: Wavelengths
-    matrices: list[DonaldsonMatrix]
+    job: RenderJob
     renderer: Renderer
-    options: StagedOptions
-    seed: int
     progress: Progress | None
     watch: Stopwatch = field(default_factory=Stopwatch)
     done: int = 0
@@ -48,6 +42,9 @@ class Passes:
     compiled: set[tuple[int, int]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
+        self.scene, self.grid, self.seed = self.job.scene, self.job.grid, self.job.seed
+        self.options: StagedOptions = self.job.options or StagedOptions()
+        self.matrices = self.scene.matrices(self.grid, self.job.stokes)
         settings, bands = self.scene.settings, len(self.grid)
         self.depth = settings.max_depth
         self.bounces = self.options.bounces if self.depth == UNLIMITED or self.depth > 2 else 0

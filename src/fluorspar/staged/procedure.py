@@ -20,7 +20,6 @@ from fluorspar.staged.equations import indirect_reflection, total
 from fluorspar.staged.imaging import Layers, seeds_of, views_of
 from fluorspar.staged.intermediate import file_names
 from fluorspar.staged.mutual import FluorescentObject, fluorescent_objects, mutual_illumination
-from fluorspar.staged.options import StagedOptions
 from fluorspar.staged.passes import Passes
 from fluorspar.staged.renderers.mitsuba.renderer import MitsubaRenderer
 from fluorspar.staged.renderers.protocol import Renderer
@@ -84,9 +83,7 @@ def render_staged(
     >>> image.components[-1], image.attrs["emitters"]
     ('luminescent_reflection', {'right-wall': 4, 'left-wall': 4})
     """
-    options = job.options or StagedOptions()
     renderer = renderer or MitsubaRenderer()
-    matrices = job.scene.matrices(job.grid, job.stokes)
     depth = job.scene.settings.max_depth
     if depth > 2:
         warnings.warn(
@@ -96,10 +93,10 @@ def render_staged(
             stacklevel=2,
         )
     with renderer.session(job.threads):
-        return _all(job, Passes(job.scene, job.grid, matrices, renderer, options, job.seed, progress))
+        return _all(Passes(job, renderer, progress))
 
 
-def _all(job: RenderJob, p: Passes) -> SpectralImage:
+def _all(p: Passes) -> SpectralImage:
     """All repeats, and their mean."""
     p.expect(len(_DEPTHS) * len(p.every) * p.sampling.passes * p.repeats)
     objects = fluorescent_objects(p) if p.bounces else []
@@ -124,7 +121,7 @@ def _all(job: RenderJob, p: Passes) -> SpectralImage:
     mean /= done
     error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
     attrs: dict[str, Any] = {
-        **job.attrs,
+        **p.job.attrs,
         "spp": p.sampling.samples * done,
         "max_depth": p.depth,
         "repeats": done,
