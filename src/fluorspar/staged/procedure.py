@@ -76,6 +76,7 @@ def render_staged(
     Examples
     --------
     >>> from fluorspar import Wavelengths, load_scene
+    >>> from fluorspar.staged.options import StagedOptions
     >>> scene = load_scene("cornell-box").with_settings(width=8, height=8, spp=4)
     >>> options = StagedOptions(emitters=2, patch_samples=64, repeats=1)
     >>> job = RenderJob(scene, Wavelengths(400, 700, 50), method="staged", options=options)
