@@ -104,7 +104,7 @@ class RenderJob:
                     message(
                         "the number of threads is out of range",
                         got=self.threads,
-                        expected=f"1 to {MOST_THREADS}",
+                        expected=f"1 or more, at most {MOST_THREADS}",
                     )
                 )
         # The staged method has a sampler of its own. A copy of a job asks its scene no more, so that light paths

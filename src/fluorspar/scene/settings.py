@@ -75,6 +75,6 @@ class Settings:
                 message(
                     "max_depth is out of range",
                     got=self.max_depth,
-                    expected=f"1 to {2**31 - 1}, or -1 for unlimited",
+                    expected=f"1 or more, or -1 for unlimited; at most {2**31 - 1}",
                 )
             )
