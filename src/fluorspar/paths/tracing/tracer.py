@@ -88,6 +88,7 @@ class Tracer:
         self.light_of_emitter = mi.UInt32(scene.light_of_emitter)
         self.one_light = len(scene.light_of_emitter) == 0 or len(scene.mitsuba_scene.emitters()) == 1
         self.survival = mi.Float(np.asarray(survival, dtype=np.float32))
+        self._longest_lane = -(-settings.spp // lanes_per_pixel(settings.spp))  # in samples
         self._room = _ROOM
 
     def start(self, number: int, first_pixel: int, pixels: int) -> Started:
@@ -117,7 +118,7 @@ class Tracer:
         }
         # Not left as constants, so that lanes that begin and lanes that go on run the same kernel.
         dr.make_opaque(state)
-        height = int(np.ceil(self._room * -(-spp // parts)))
+        height = int(np.ceil(self._room * self._longest_lane))
         return Started(number, first_pixel, pixels, self._launch(state, height, spread), spread)
 
     def finish(self, started: Started) -> Chunk:
@@ -130,8 +131,7 @@ class Tracer:
             dr.make_opaque(state)
             launches.append(self._launch(state, started.launch.height, started.spread))
         longest = (len(launches) - 1) * started.launch.height + int(dr.max(launches[-1].used)[0])
-        samples = -(-self.settings.spp // lanes_per_pixel(self.settings.spp))
-        self._room = min(max(1.1 * longest / samples, 2.0), _MOST_ROOM)
+        self._room = min(max(1.1 * longest / self._longest_lane, 2.0), _MOST_ROOM)
         return Chunk(started.first_pixel, started.pixels, self.settings.spp, _log(launches))
 
     def _launch(self, state: dict[str, Any], height: int, spread: _Spread | None) -> _Launch:
