@@ -13,6 +13,7 @@ from fluorspar.image.pixels import PixelsInFile, PixelsInMemory, Target
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
+from fluorspar.paths.sweeping.lobe_kernel import LobeTables, lobe_tables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
 from fluorspar.paths.sweeping.sweep import sweep
 from fluorspar.progress import Progress
@@ -71,9 +72,13 @@ def render_chunks(
         return target.image({**job.attrs, "timings": timings}, partial=target.kept < pixels)
 
 
-def _tables(job: RenderJob, chunk: Chunk | None = None) -> SpectralTables:
+def _tables(job: RenderJob, chunk: Chunk | None = None) -> SpectralTables | LobeTables:
     """Spectra of the scene's materials and lights on the job's grid, and of the rows that a chunk brings along."""
     matrices = job.scene.matrices(job.grid, job.stokes)
     if chunk is not None:
         matrices += [material.on(job.grid, stokes=job.stokes) for material in chunk.materials]
-    return spectral_tables(matrices, [light.spectrum.on(job.grid) for light in job.scene.lights])
+    lights = [light.spectrum.on(job.grid) for light in job.scene.lights]
+    lobes = job.scene.lobes
+    return (
+        spectral_tables(matrices, lights) if lobes is None else lobe_tables(matrices, lobes.colours, lights)
+    )

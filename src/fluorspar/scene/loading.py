@@ -77,7 +77,15 @@ def load_scene(
             settings = _settings(state)
             table = read_surfaces(state, recipe)
             nodes = KeptNodes(recipe, state)
-    return Scene(tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, recipe, nodes)
+    return Scene(
+        tuple(table.materials),
+        tuple(table.lights),
+        tuple(table.surfaces),
+        settings,
+        recipe,
+        nodes,
+        table.lobes,
+    )
 
 
 def _check_names(props: Any, plugin: str, known: tuple[str, ...]) -> None:

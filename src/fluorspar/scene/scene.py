@@ -13,6 +13,7 @@ from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparError, SceneNotice
 from fluorspar.scene.kept_nodes import KeptNodes
 from fluorspar.scene.lights import Light
+from fluorspar.scene.lobes.lobe import Lobes
 from fluorspar.scene.nodes import build
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.sensor import sampler_node
@@ -40,6 +41,8 @@ class Scene:
         Size, samples and depths from the scene file.
     recipe : Recipe
         What it was loaded from.
+    lobes : Lobes or None
+        Of surfaces that are not matte or not of one spectrum, if the scene has any.
     """
 
     materials: tuple[Material, ...]
@@ -48,6 +51,7 @@ class Scene:
     settings: Settings
     recipe: Recipe
     _nodes: KeptNodes
+    lobes: Lobes | None = None
 
     def __repr__(self) -> str:
         s = self.settings
@@ -101,6 +105,8 @@ class Scene:
             As `Material.on`; the message says on which surfaces the material is.
         """
         matrices = []
+        if self.lobes is not None:
+            return [row.on(grid, stokes=stokes) for row in self.lobes.rows]
         for row, material in enumerate(self.materials):
             try:
                 matrices.append(material.on(grid, stokes=stokes))

@@ -10,6 +10,8 @@ from typing import Any
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import SceneError, SceneNotice, message
 from fluorspar.scene.lights import LIGHTS, Light, read_light
+from fluorspar.scene.lobes.lobe import Lobes
+from fluorspar.scene.lobes.reader import LobeReader, needs_lobes
 from fluorspar.scene.nodes import children, kind, label
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.surface_material import DEFAULT_REFLECTANCE, read_material
@@ -53,6 +55,7 @@ class SurfaceTable:
     materials: list[Material] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     surfaces: list[Surface] = field(default_factory=list)
+    lobes: Lobes | None = None
 
 
 def read_surfaces(state: Any, recipe: Recipe) -> SurfaceTable:
@@ -85,6 +88,11 @@ class _Reader:
         self.row_of_node: dict[int, int] = {}
         self.row_of_override: dict[str, int] = {}
         self.default_row: int | None = None
+        self.lobes: LobeReader | None = None
+        if not recipe.matte and needs_lobes(state, self.overrides):
+            self.lobes = LobeReader(
+                state, lambda i, where: read_material(state, i, where, recipe), self.overrides
+            )
 
     def read(self) -> SurfaceTable:
         ids = []
@@ -104,6 +112,10 @@ class _Reader:
         for _, index in children(self.state, 0):
             if kind(self.state.nodes[index]) == "Emitter":
                 self.light(index, where="the scene")
+        if self.lobes is not None:
+            self.table.lobes = self.lobes.lobes()
+            self.table.materials = self.lobes.materials
+            self.unused -= self.lobes.overridden
         self.check_overrides(ids)
         if not self.table.lights:
             raise SceneError(
@@ -160,6 +172,12 @@ class _Reader:
                 raise SceneError(
                     message("participating media are not supported", where=where, expected="surfaces only")
                 )
+        if self.lobes is not None:
+            front, back = self.lobes.surface(index, bsdf, where, emits=light != NO_LIGHT)
+            self.table.surfaces.append(
+                Surface(node.props.id() or label(node, index), index, front, back, light)
+            )
+            return
         if (name := node.props.id()) in self.overrides:
             # Its own BSDF is not read: what it is does not matter, except whether it has a back.
             front = back = self.override(name)

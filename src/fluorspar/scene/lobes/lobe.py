@@ -1,0 +1,140 @@
+"""What a BSDF is made of: lobes whose coefficients a probe tells, each times a spectrum.
+
+Mitsuba's BSDFs are used as they are, in a variant with three colour channels. In place of its colours a BSDF gets
+*probes*: plastic gets diffuse = (d, 0, 0) and specular = (0, s, 0). Channel t of its value then is the coefficient of
+lobe t, whatever the wavelength, and the value at a wavelength is the sum over the lobes of coefficient x spectrum.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
+from fluorspar.spectral.wavelengths import Wavelengths
+
+__all__ = ["CHANNELS", "STRAIGHT", "Edit", "Lobe", "LobeRow", "Lobes", "Texture"]
+
+CHANNELS = 3  # colour channels of a probe
+STRAIGHT = 3  # in place of a channel: light that goes straight through, which no probe colours
+
+
+class LobeRow(Protocol):
+    """A row of the table of spectra that lobes refer to."""
+
+    def on(self, grid: Wavelengths, *, stokes: Stokes) -> DonaldsonMatrix:
+        """Return it on a grid."""
+        ...
+
+
+@dataclass(frozen=True)
+class Texture:
+    """A grid of rows over a surface.
+
+    Attributes
+    ----------
+    width, height : int
+        Its texels; the row of texel (x, y) is that of the lobe, plus y x width + x.
+    to_uv : tuple of float
+        Six numbers: u' = a u + b v + c, v' = d u + e v + f.
+    bilinear : bool
+        Interpolate between texels, by picking one of four at random; or take the nearest.
+    wrap : str
+        `"repeat"`, `"mirror"` or `"clamp"`.
+    """
+
+    width: int
+    height: int
+    to_uv: tuple[float, ...]
+    bilinear: bool
+    wrap: str
+
+
+@dataclass(frozen=True)
+class Lobe:
+    """One lobe of one side of a surface.
+
+    Attributes
+    ----------
+    channel : int
+        Channel of the probe that tells its coefficient, or `STRAIGHT`.
+    row : int
+        Its first row: of `Lobes.rows`, or, from their number on, of `Lobes.colours`.
+    unit : float
+        What the channel says where the coefficient is 1.
+    texture : int
+        Number in `Lobes.textures`; -1: the same row everywhere.
+    angles : int
+        Rows for so many angles of reflection, even in the root of the cosine of the half angle (conductors); 0: one.
+    """
+
+    channel: int
+    row: int
+    unit: float
+    texture: int = -1
+    angles: int = 0
+
+
+@dataclass(frozen=True)
+class Edit:
+    """How a node of the scene becomes a probe.
+
+    Attributes
+    ----------
+    node : int
+        Its number.
+    values : mapping of str to float, str, (float, float, float) or None
+        Properties it gets; three numbers are a colour, None takes one away.
+    plugin : str, optional
+        The plugin it becomes, without any of its own properties.
+    """
+
+    node: int
+    values: Mapping[str, float | str | tuple[float, float, float] | None]
+    plugin: str | None = None
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """All lobes of a scene.
+
+    Attributes
+    ----------
+    rows : tuple of LobeRow
+        Spectra.
+    colours : ndarray of shape (texels, 4), float32
+        Spectra of texels: Mitsuba's three sigmoid coefficients of a colour, and the r of `Internal`.
+    textures : tuple of Texture
+    of_surface : mapping of int to (front, back)
+        The lobes of both sides of a surface, by its node.
+    edits : tuple of Edit
+        What makes probes of its BSDFs.
+    replaced : mapping of int to bool
+        Surfaces, by node, whose BSDF a material from outside replaces: it becomes diffuse with the probe (1, 0, 0);
+        whether on both sides.
+    """
+
+    rows: tuple[LobeRow, ...] = ()
+    colours: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 4), dtype=np.float32))
+    textures: tuple[Texture, ...] = ()
+    of_surface: Mapping[int, tuple[tuple[Lobe, ...], tuple[Lobe, ...]]] = field(default_factory=dict)
+    edits: tuple[Edit, ...] = ()
+    replaced: Mapping[int, bool] = field(default_factory=dict)
+
+    @property
+    def terms(self) -> int:
+        """The most rows that a vertex needs: one for each lobe, and two where light found and light sent on differ."""
+        sides = [side for both in self.of_surface.values() for side in both]
+        return max((sum(2 if lobe.angles else 1 for lobe in side) for side in sides), default=1)
+
+    def brightest(self) -> NDArray[np.float64]:
+        """Largest value of the spectrum of each texel, ndarray of shape (texels,)."""
+        most = np.zeros(len(self.colours))
+        for wavelength in np.linspace(360, 830, 24):
+            x = (self.colours[:, 0] * wavelength + self.colours[:, 1]) * wavelength + self.colours[:, 2]
+            most = np.maximum(most, 0.5 + 0.5 * x / np.sqrt(1 + x * x))
+        return most

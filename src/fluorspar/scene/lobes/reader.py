@@ -1,0 +1,484 @@
+"""Take the BSDFs of a scene apart into lobes, and say how each becomes a probe."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.bispectral.material import Material
+from fluorspar.errors import ApproximationWarning, SceneError, message
+from fluorspar.scene.lobes.lobe import CHANNELS, STRAIGHT, Edit, Lobe, LobeRow, Lobes, Texture
+from fluorspar.scene.lobes.rows import ANGLES, Internal, Metal
+from fluorspar.scene.lobes.textures import bitmap_colours, placement, sigmoid
+from fluorspar.scene.nodes import FLUORESCENT, build, children, copy_nodes, kind, label
+from fluorspar.scene.plugin_spectra import plugin_spectrum
+from fluorspar.spectral.spectrum import Spectrum
+
+__all__ = ["LobeReader", "needs_lobes"]
+
+_VISIBLE = np.arange(400.0, 701.0, 10.0)
+_DARKEST = 0.02  # probe: a lobe of a black colour still needs a coefficient
+_PRIMARIES = np.array([450.0, 545.0, 610.0])  # nm, where the numbers of an rgb index of refraction are taken
+
+Value = float | str | tuple[float, float, float] | None
+ReadMaterial = Callable[[int, str], Material]
+
+
+@dataclass(frozen=True)
+class _Spectral:
+    """A spectrum-valued property: its lobe but for the channel, and the value of its probe."""
+
+    row: int
+    in_colours: bool
+    mean: float
+    unit: float
+    texture: int = -1
+    angles: int = 0
+
+    def lobe(self, channel: int) -> Lobe:
+        return Lobe(channel, self.row, self.unit, self.texture, self.angles)
+
+
+@dataclass
+class _Side:
+    """One side of a BSDF while it is read: which spectrum has which channel."""
+
+    where: str
+    taken: dict[int, _Spectral] = field(default_factory=dict)
+    straight: bool = False
+
+    def channel(self, spectral: _Spectral, wanted: int | None) -> int:
+        """Give a spectrum a channel; equal ones share it."""
+        for channel, other in self.taken.items():
+            if other == spectral and wanted in (None, channel):
+                return channel
+        free = [c for c in range(CHANNELS) if c not in self.taken]
+        if wanted is not None:
+            free = [c for c in free if c == wanted]
+        if not free:
+            raise SceneError(
+                message(
+                    "a BSDF has too many different spectra",
+                    where=self.where,
+                    expected=f"at most {CHANNELS} in one surface, blends included",
+                    fix="give some of its parts one spectrum, or render it diffuse with --matte (matte=True)",
+                )
+            )
+        self.taken[free[0]] = spectral
+        return free[0]
+
+
+class LobeReader:
+    """Reads BSDF nodes; `lobes` at the end.
+
+    Parameters
+    ----------
+    state : mitsuba.parser.ParserState
+        Parsed scene; the variant set is `scalar_spectral`.
+    read_material : callable
+        Makes the material of a node that is matte and of one spectrum: takes the node and the words for it.
+    overrides : mapping of str to Material
+        Materials from outside, by shape or BSDF id.
+    """
+
+    def __init__(self, state: Any, read_material: ReadMaterial, overrides: Mapping[str, Material]) -> None:
+        self.state = state
+        self.read_material = read_material
+        self.overrides = overrides
+        self.overridden: set[str] = set()
+        self.replaced: dict[int, bool] = {}
+        self._default: _Spectral | None = None
+        self.materials: list[Material] = []
+        self.rows: list[LobeRow] = []
+        self.colours: list[NDArray[np.float32]] = []
+        self.textures: list[Texture] = []
+        self.of_surface: dict[int, tuple[list[Lobe], list[Lobe]]] = {}
+        self._edits: dict[int, tuple[str | None, dict[str, Value]]] = {}
+        self._spectral: dict[tuple[int, str], _Spectral] = {}
+        self._channel: dict[tuple[int, str], int] = {}  # of a property of a node
+        self._in_colours: set[tuple[int, int]] = set()
+        self._white = _Spectral(0, False, 1.0, 1.0)
+        self.rows.append(Material("white", Spectrum.constant(1.0, name="white")))
+
+    def lobes(self) -> Lobes:
+        """Everything that was read."""
+        first = len(self.rows)
+
+        def placed(side: list[Lobe]) -> tuple[Lobe, ...]:
+            return tuple(
+                replace(lobe, row=first + lobe.row) if self._is_colour(lobe) else lobe for lobe in side
+            )
+
+        return Lobes(
+            tuple(self.rows),
+            np.concatenate(self.colours) if self.colours else np.zeros((0, 4), dtype=np.float32),
+            tuple(self.textures),
+            {node: (placed(front), placed(back)) for node, (front, back) in self.of_surface.items()},
+            tuple(Edit(node, values, plugin) for node, (plugin, values) in self._edits.items()),
+            self.replaced,
+        )
+
+    def _is_colour(self, lobe: Lobe) -> bool:
+        return lobe.texture >= 0 and (lobe.texture, lobe.row) in self._in_colours
+
+    def surface(self, shape: int, bsdf: int | None, where: str, *, emits: bool) -> tuple[int, int]:
+        """Read the BSDF of a surface; return the main material of its two sides, -1 where there is none."""
+        nodes = self.state.nodes
+        twosided = bsdf is not None and nodes[bsdf].props.plugin_name() == "twosided"
+        name = nodes[shape].props.id()
+        if name in self.overrides:
+            lobes = [replace(self.outside(name), mean=1.0, unit=1.0).lobe(0)]
+            self.replaced[shape] = twosided
+            front, back = lobes, lobes if twosided else []
+        elif bsdf is None:
+            front, back = (
+                [] if emits else [self.default().lobe(0)],
+                [],
+            )  # in Mitsuba a lamp without a BSDF is black
+        else:
+            nested = [child for _, child in children(self.state, bsdf)] if twosided else [bsdf]
+            front, back = (
+                self.side(index, where, nodes[bsdf].props.id()) for index in (nested[0], nested[-1])
+            )
+        self.of_surface[shape] = front, back
+        return self._main(front), self._main(back)
+
+    def _main(self, side: list[Lobe]) -> int:
+        """The material of the first lobe that has one."""
+        for lobe in side:
+            row = None if self._is_colour(lobe) else self.rows[lobe.row]
+            for number, material in enumerate(self.materials):
+                if material is row:
+                    return number
+        return -1
+
+    def default(self) -> _Spectral:
+        """The spectrum of a surface without BSDF."""
+        if self._default is None:
+            self._default = self.of_material(Material("default", Spectrum.constant(0.5, name="default")))
+        return self._default
+
+    def outside(self, name: str) -> _Spectral:
+        """The spectrum of a material from outside."""
+        key = -1, name
+        if key not in self._spectral:
+            self._spectral[key] = self.of_material(self.overrides[name])
+            self.overridden.add(name)
+        return self._spectral[key]
+
+    def side(self, bsdf: int, where: str, name: str) -> list[Lobe]:
+        """Read one side of a BSDF of this name: the lobes of a BSDF node and of all that it holds."""
+        side = _Side(f"BSDF {label(self.state.nodes[bsdf], bsdf)} of {where}")
+        if name in self.overrides:
+            self._becomes(bsdf, self.outside(name), side)
+        else:
+            self._walk(bsdf, side)
+        lobes = [spectral.lobe(channel) for channel, spectral in sorted(side.taken.items())]
+        if side.straight:
+            lobes.append(self._white.lobe(STRAIGHT))
+        return lobes
+
+    def _walk(self, index: int, side: _Side) -> None:
+        node = self.state.nodes[index]
+        if (name := node.props.id()) in self.overrides:
+            self._becomes(index, self.outside(name), side)
+            return
+        plugin = node.props.plugin_name()
+        read = _PLUGINS.get(plugin)
+        if read is None:
+            raise SceneError(
+                message(
+                    f"BSDF '{plugin}' is not supported",
+                    where=side.where,
+                    expected=f"one of {', '.join(sorted(_PLUGINS))}",
+                    fix="replace it, or render it diffuse, of its average reflectance, with --matte (matte=True)",
+                )
+            )
+        read(self, index, side)
+
+    def _becomes(self, index: int, spectral: _Spectral, side: _Side) -> None:
+        """Make a node a diffuse surface of a spectrum."""
+        self.edit(index, {}, plugin="diffuse")
+        self.give(index, "reflectance", spectral, side)
+
+    def nested(self, index: int, side: _Side) -> None:
+        """Read the BSDFs inside a node."""
+        for _, child in children(self.state, index):
+            if kind(self.state.nodes[child]) == "BSDF":
+                self._walk(child, side)
+
+    def give(self, index: int, name: str, spectral: _Spectral, side: _Side) -> None:
+        """Make a property of a node the probe of a spectrum."""
+        channel = side.channel(spectral, self._channel.get((index, name)))
+        self._channel[index, name] = channel
+        colour = [0.0] * CHANNELS
+        colour[channel] = spectral.mean
+        self.edit(index, {name: (colour[0], colour[1], colour[2])})
+
+    def edit(self, index: int, values: dict[str, Value], plugin: str | None = None) -> None:
+        """Note what a node has to become."""
+        before, known = self._edits.get(index, (None, {}))
+        self._edits[index] = plugin or before, {**known, **values}
+
+    def spectral(self, index: int, name: str, default: float, where: str) -> _Spectral:
+        """Read a spectrum-valued property of a node, textures too."""
+        if (index, name) not in self._spectral:
+            self._spectral[index, name] = self._read(index, name, default, where)
+        return self._spectral[index, name]
+
+    def _read(self, index: int, name: str, default: float, where: str) -> _Spectral:
+        import mitsuba as mi
+
+        props = self.state.nodes[index].props
+        if name not in props and default == 1.0:
+            return self._white
+        if name in props and props.type(name) == mi.Properties.Type.ResolvedReference:
+            child = props[name].index()
+            plugin = self.state.nodes[child].props.plugin_name()
+            if plugin == "bitmap":
+                return self._bitmap(child, where)
+            if plugin == "checkerboard":
+                return self._checkerboard(child, where)
+        spectrum = plugin_spectrum(self.state, index, name, default=default, label=where)
+        return self.of_material(Material(props.id() or where, spectrum))
+
+    def of_material(self, material: Material) -> _Spectral:
+        """A new row for a material."""
+        self.materials.append(material)
+        self.rows.append(material)
+        mean = max(_DARKEST, float(np.mean([material.reflectance.at(w) for w in _VISIBLE])))
+        return _Spectral(len(self.rows) - 1, False, mean, mean)
+
+    def _bitmap(self, index: int, where: str) -> _Spectral:
+        texels = bitmap_colours(self.state, index, where)
+        height, width, _ = texels.shape
+        self.textures.append(placement(self.state, index, height, width))
+        row = sum(map(len, self.colours))
+        flat = texels.reshape(-1, 3)
+        self.colours.append(np.concatenate([flat, np.zeros((len(flat), 1), np.float32)], axis=1))
+        mean = max(_DARKEST, float(np.mean(sigmoid(flat[:: max(1, len(flat) // 4096)], _VISIBLE))))
+        texture = len(self.textures) - 1
+        self._in_colours.add((texture, row))
+        return _Spectral(row, True, mean, mean, texture)
+
+    def _checkerboard(self, index: int, where: str) -> _Spectral:
+        colours = [
+            self.of_material(
+                Material(
+                    f"{name} of {where}",
+                    plugin_spectrum(self.state, index, name, default=default, label=f"{name} of {where}"),
+                )
+            )
+            for name, default in (("color0", 0.4), ("color1", 0.2))
+        ]
+        row = len(self.rows)
+        first, second = (self.rows[colour.row] for colour in colours)
+        self.rows += [first, second, second, first]
+        self.textures.append(replace(placement(self.state, index, 2, 2), bilinear=False))
+        mean = (colours[0].mean + colours[1].mean) / 2
+        return _Spectral(row, False, mean, mean, len(self.textures) - 1)
+
+    def internal(self, spectral: _Spectral, r: float) -> _Spectral:
+        """The base of a nonlinear plastic below a coat that reflects the share `r` back."""
+        m = spectral.mean
+        unit = m * (1 - r) / (1 - r * m)
+        if spectral.in_colours:
+            texture = self.textures[spectral.texture]
+            count = texture.width * texture.height
+            row = sum(map(len, self.colours))
+            flat = np.concatenate(self.colours)[spectral.row : spectral.row + count].copy()
+            flat[:, 3] = r
+            self.colours.append(flat)
+            self.textures.append(texture)
+            self._in_colours.add((len(self.textures) - 1, row))
+            return replace(spectral, row=row, texture=len(self.textures) - 1, unit=unit)
+        count = 1
+        if spectral.texture >= 0:
+            count = self.textures[spectral.texture].width * self.textures[spectral.texture].height
+        row = len(self.rows)
+        for below in self.rows[spectral.row : spectral.row + count]:
+            assert isinstance(below, Material)
+            self.rows.append(Internal(below, r))
+        return replace(spectral, row=row, unit=unit)
+
+
+def _diffuse(reader: LobeReader, index: int, side: _Side) -> None:
+    spectral = reader.spectral(index, "reflectance", 0.5, side.where)
+    reader.give(index, "reflectance", spectral, side)
+
+
+def _fluorescent(reader: LobeReader, index: int, side: _Side) -> None:
+    key = index, "reflectance"
+    if key not in reader._spectral:
+        reader._spectral[key] = reader.of_material(reader.read_material(index, side.where))
+    reader._becomes(index, reader._spectral[key], side)
+
+
+def _plastic(reader: LobeReader, index: int, side: _Side) -> None:
+    key = index, "diffuse_reflectance"
+    spectral = reader.spectral(*key, 0.5, f"diffuse_reflectance of {side.where}")
+    if reader.state.nodes[index].props.get("nonlinear", False):
+        nonlinear = index, "diffuse_reflectance, nonlinear"
+        if nonlinear not in reader._spectral:
+            reader._spectral[nonlinear] = reader.internal(
+                spectral, _internal_reflectance(reader.state, index)
+            )
+        spectral = reader._spectral[nonlinear]
+    reader.give(*key, spectral, side)
+    _specular(reader, index, side, "specular_reflectance")
+
+
+def _internal_reflectance(state: Any, index: int) -> float:
+    """The r of a plastic, from its value with two colours: S / (1 - r S) for S = 1/2 and 1, without highlight."""
+    import mitsuba as mi
+
+    values = []
+    for S in (0.5, 1.0):
+        copy = copy_nodes(state)
+        props = copy.nodes[index].props
+        for name, value in (("diffuse_reflectance", S), ("specular_reflectance", 0.0)):
+            if name in props:
+                del props[name]
+            props[name] = value
+        bsdf = build(copy, index)
+        si = mi.SurfaceInteraction3f()
+        si.wi = [0.0, 0.0, 1.0]
+        si.uv = [0.5, 0.5]
+        si.wavelengths = [550.0] * 4
+        values.append(float(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(0.6, 0.0, 0.8))[0]))
+    ratio = values[0] / values[1]
+    return (1 - 2 * ratio) / (1 - ratio)
+
+
+def _dielectric(reader: LobeReader, index: int, side: _Side) -> None:
+    _specular(reader, index, side, "specular_reflectance")
+    _specular(reader, index, side, "specular_transmittance")
+
+
+def _specular(reader: LobeReader, index: int, side: _Side, name: str) -> None:
+    reader.give(index, name, reader.spectral(index, name, 1.0, f"{name} of {side.where}"), side)
+
+
+def _conductor(reader: LobeReader, index: int, side: _Side) -> None:
+    name = "specular_reflectance"
+    if (index, name) not in reader._spectral:
+        reader._spectral[index, name] = _metal(reader, index, side.where)
+    reader.edit(index, {"material": "none", "eta": None, "k": None})
+    reader.give(index, name, reader._spectral[index, name], side)
+
+
+def _metal(reader: LobeReader, index: int, where: str) -> _Spectral:
+    """Rows for all angles of a conductor."""
+    import mitsuba as mi
+
+    name = "specular_reflectance"
+    specular = reader.spectral(index, name, 1.0, f"{name} of {where}")
+    if specular.texture >= 0:
+        raise SceneError(
+            message(
+                "a conductor with a texture as specular reflectance is not supported",
+                where=where,
+                expected="one spectrum",
+            )
+        )
+    props = reader.state.nodes[index].props
+    eta, k = (
+        (_index(reader.state, index, part, where) for part in ("eta", "k"))
+        if "eta" in props or "k" in props
+        else _preset(mi.traverse(build(reader.state, index)), props)
+    )
+    factor = reader.rows[specular.row]
+    assert isinstance(factor, Material)
+    row = len(reader.rows)
+    cosines = np.linspace(0, 1, ANGLES) ** 2
+    metals = [Metal(eta, k, factor.reflectance, float(cosine)) for cosine in cosines]
+    reader.rows += metals
+    return _Spectral(row, False, 1.0, 1.0, angles=ANGLES)
+
+
+def _preset(values: Any, props: Any) -> tuple[Spectrum, Spectrum]:
+    """Index and extinction of a material that Mitsuba knows by name."""
+    if "eta.wavelengths" not in values:  # "none": a perfect mirror
+        return Spectrum.constant(0.0, "eta"), Spectrum.constant(1.0, "k")
+    eta, k = (
+        Spectrum(
+            np.array(values[f"{part}.wavelengths"]),
+            np.array(values[f"{part}.values"]),
+            f"{part} of {props['material'] if 'material' in props else 'Cu'}",
+        )
+        for part in ("eta", "k")
+    )
+    return eta, k
+
+
+def _index(state: Any, index: int, name: str, where: str) -> Spectrum:
+    """An index of refraction of a scene, numbers for red, green and blue included."""
+    import mitsuba as mi
+
+    props = state.nodes[index].props
+    if name in props and props.type(name) == mi.Properties.Type.Color:
+        rgb = [float(c) for c in props[name]]
+        warnings.warn(
+            f"{name} of {where} is given as rgb: taken at 610, 545 and 450 nm, linear in between",
+            ApproximationWarning,
+            stacklevel=2,
+        )
+        return Spectrum(_PRIMARIES, np.array(rgb[::-1]), f"{name} of {where}").held()
+    return plugin_spectrum(state, index, name, default=0.0, label=f"{name} of {where}")
+
+
+def _inner(reader: LobeReader, index: int, side: _Side) -> None:
+    reader.nested(index, side)
+
+
+def _mask(reader: LobeReader, index: int, side: _Side) -> None:
+    reader.nested(index, side)
+    side.straight = True
+
+
+_PLUGINS: dict[str, Callable[[LobeReader, int, _Side], None]] = {
+    "diffuse": _diffuse,
+    FLUORESCENT: _fluorescent,
+    "plastic": _plastic,
+    "roughplastic": _plastic,
+    "dielectric": _dielectric,
+    "thindielectric": _dielectric,
+    "roughdielectric": _dielectric,
+    "conductor": _conductor,
+    "roughconductor": _conductor,
+    "blendbsdf": _inner,
+    "bumpmap": _inner,
+    "normalmap": _inner,
+    "mask": _mask,
+    "null": _mask,
+    "twosided": _inner,
+}
+
+
+def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
+    """Whether a scene has a surface that is not matte, or not of one spectrum."""
+
+    def below(index: int) -> Iterator[int]:
+        for _, child in children(state, index):
+            yield child
+            yield from below(child)
+
+    for index, node in enumerate(state.nodes):
+        if kind(node) != "Shape" or node.props.id() in overrides:
+            continue
+        for _, bsdf in children(state, index):
+            if kind(state.nodes[bsdf]) != "BSDF":
+                continue
+            plugins = [state.nodes[part].props.plugin_name() for part in (bsdf, *below(bsdf))]
+            if not set(plugins) & {"bitmap", "checkerboard"} and not set(plugins) & _GENERAL:
+                continue
+            return True
+    return False
+
+
+_GENERAL = set(_PLUGINS) - {"diffuse", FLUORESCENT, "twosided"}
