@@ -7,6 +7,7 @@ import pytest
 
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import LOBE_VARIANTS
+from fluorspar.scene.lobes.lobe import operate
 from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import use_variant
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -59,8 +60,7 @@ def sums_of_lobes(bsdf):
     spectra = np.array([matrix.reflectance for matrix in job.scene.matrices(GRID)])
     colours = lobes.colours
     of_colours = sigmoid(colours[:, :3], GRID.values)
-    r = colours[:, 3:].astype(np.float64)
-    spectra = np.concatenate([spectra, of_colours * (1 - r) / (1 - r * of_colours)])
+    spectra = np.concatenate([spectra, operate(of_colours, colours[:, 3:])])
     wi, wo, uv, random = geometry(None)
     with use_variant(LOBE_VARIANTS["llvm"]):
         import drjit as dr
@@ -181,6 +181,26 @@ def test_lobes_times_spectra_are_the_bsdf(name):
     found = check(PLAIN[name])
     if name not in ("glass", "tinted glass", "pane", "null"):
         assert found.max() > 0.05
+
+
+PRINCIPLED = {
+    "plain": {},
+    "metallic": {"metallic": 0.7, "roughness": 0.3, "anisotropic": 0.5},
+    "coat and sheen": {"clearcoat": 0.8, "clearcoat_gloss": 0.4, "sheen": 0.6},
+    "flat": {"flatness": 0.5, "roughness": 0.6},
+    "glass": {"spec_trans": 0.8, "roughness": 0.3, "eta": 1.5},
+}
+
+
+@pytest.mark.parametrize("name", PRINCIPLED)
+def test_principled(name):
+    check({"type": "principled", "base_color": PAINT, **PRINCIPLED[name]}, tolerance=3e-6)
+    check({"type": "principled", "base_color": COLOUR, **PRINCIPLED[name]}, tolerance=3e-6)
+
+
+def test_thin_principled():
+    thin = {"type": "principledthin", "spec_trans": 0.5, "diff_trans": 0.6, "roughness": 0.4, "eta": 1.4}
+    check({**thin, "base_color": PAINT}, tolerance=3e-6)
 
 
 METALS = {

@@ -33,6 +33,8 @@ from fluorspar.paths.sweeping import spectral_tables as spectral_tables_module
 from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, TOTAL, Tally, count, new_tally, store
 from fluorspar.paths.sweeping.luminesce import luminesce
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
+from fluorspar.scene.lobes import lobe as lobe_module
+from fluorspar.scene.lobes.lobe import DARK, HALF, REST, Lobes
 
 __all__ = ["LobeTables", "compiled_for_lobes", "lobe_tables", "new_lobe_scratch"]
 
@@ -46,20 +48,21 @@ class LobeTables(NamedTuple):
     Attributes
     ----------
     spectra : SpectralTables
-    colours : ndarray of shape (texels, 4), float32
-        See `Lobes.colours`.
+    colours, light_colours : ndarray of shape (texels, 4), float32
+        See `Lobes`.
     wavelengths : ndarray of shape (B,), float32
         In nm, within the range for which the coefficients are meant; padded with the last.
     """
 
     spectra: SpectralTables
     colours: NDArray[np.float32]
+    light_colours: NDArray[np.float32]
     wavelengths: NDArray[np.float32]
 
 
 def lobe_tables(
     matrices: Sequence[DonaldsonMatrix],
-    colours: NDArray[np.float32],
+    lobes: Lobes,
     lights: Sequence[NDArray[np.float64]],
 ) -> LobeTables:
     """Lay out the rows of `Lobes`, all on one grid, for the sweep; see `spectral_tables`."""
@@ -67,7 +70,7 @@ def lobe_tables(
     values = np.clip(matrices[0].wavelengths.values, 360.0, 830.0)
     width = spectra.reflectance.shape[1]
     wavelengths = np.concatenate([values, np.repeat(values[-1:], width - len(values))])
-    return LobeTables(spectra, np.ascontiguousarray(colours), wavelengths.astype(np.float32))
+    return LobeTables(spectra, lobes.colours, lobes.light_colours, wavelengths.astype(np.float32))
 
 
 class LobePath(NamedTuple):
@@ -81,6 +84,8 @@ class LobePath(NamedTuple):
     sent: Any
     hit: Any
     lights: Any
+    La: Any
+    Lb: Any
     A: Any
     B: Any
     X: Any
@@ -109,7 +114,7 @@ def new_lobe_scratch(terms: int, width: int, room: int) -> LobeScratch:
         np.zeros((vertices, terms), dtype=np.float32),
         np.zeros(vertices, dtype=np.float32),
         np.zeros((vertices, 2), dtype=np.int64),
-        *(np.zeros(width, dtype=np.float32) for _ in range(7)),
+        *(np.zeros(width, dtype=np.float32) for _ in range(9)),
     )
     parts = (np.zeros((COMPONENT_COUNT, width), dtype=np.float32) for _ in range(2))
     return LobeScratch(path, new_tally(width), *parts, np.zeros(width, dtype=np.float32))
@@ -161,6 +166,51 @@ def _read_path(log: Any, slot: Any, entry: Any, path: Any, terms: int, one_light
 
 
 @numba.njit(inline="always")
+def _colour(out: Any, colours: Any, number: int, w: Any, width: int) -> None:
+    """Put the spectrum of a texel into `out`, with what a lobe makes of it; see `operate`."""
+    one, half = np.float32(1), np.float32(0.5)
+    c0, c1, c2, operation = colours[number]
+    for j in range(width):
+        x = (c0 * w[j] + c1) * w[j] + c2
+        out[j] = half + half * x / np.sqrt(one + x * x)
+    if operation > 0:
+        for j in range(width):
+            out[j] = out[j] * (one - operation) / (one - operation * out[j])
+    elif operation == REST:
+        for j in range(width):
+            out[j] = one - out[j]
+    elif operation < 0:
+        two = np.float32(2)
+        for j in range(width):
+            out[j] = np.sqrt(out[j])
+        if operation == DARK:
+            for j in range(width):
+                out[j] = two * (out[j] - half) * (out[j] - one)
+        elif operation == HALF:
+            for j in range(width):
+                out[j] = two * two * out[j] * (one - out[j])
+        else:
+            for j in range(width):
+                out[j] = two * out[j] * (out[j] - half)
+
+
+@numba.njit(inline="always")
+def _light(out: Any, row: int, tables: Any, width: int) -> None:
+    """Put the spectrum of a light into `out`: one of the table, or one of it times the colour of a texel."""
+    L = tables.spectra.lights
+    if row < len(L):
+        for j in range(width):
+            out[j] = L[row, j]
+    else:
+        w, half, one = tables.wavelengths, np.float32(0.5), np.float32(1)
+        c0, c1, c2, number = tables.light_colours[row - len(L)]
+        white = np.int64(number)
+        for j in range(width):
+            x = (c0 * w[j] + c1) * w[j] + c2
+            out[j] = L[white, j] * (half + half * x / np.sqrt(one + x * x))
+
+
+@numba.njit(inline="always")
 def _coefficients(path: Any, k: int, terms: int, tables: Any, width: int) -> bool:
     """Put A and B of a vertex into the path; return whether one of its terms luminesces."""
     A, B = path.A, path.B
@@ -183,17 +233,8 @@ def _coefficients(path: Any, k: int, terms: int, tables: Any, width: int) -> boo
                 B[j] += d * S[r, j]
             glows = glows or tables.spectra.glows[r] >= 0
         else:
-            c0, c1, c2, r0 = colours[r - rows]
             X = path.X
-            if r0 == 0:
-                for j in range(width):
-                    x = (c0 * w[j] + c1) * w[j] + c2
-                    X[j] = np.float32(0.5) + np.float32(0.5) * x / np.sqrt(np.float32(1) + x * x)
-            else:
-                for j in range(width):
-                    x = (c0 * w[j] + c1) * w[j] + c2
-                    s = np.float32(0.5) + np.float32(0.5) * x / np.sqrt(np.float32(1) + x * x)
-                    X[j] = s * (np.float32(1) - r0) / (np.float32(1) - r0 * s)
+            _colour(X, colours, r - rows, w, width)
             for j in range(width):
                 A[j] += c * X[j]
             for j in range(width):
@@ -204,7 +245,7 @@ def _coefficients(path: Any, k: int, terms: int, tables: Any, width: int) -> boo
 @numba.njit(inline="always")
 def _propagate(path: Any, n: int, terms: int, tables: Any, width: int) -> bool:
     """Sweep from vertex n - 1 to vertex 1; R, F, G then arrive at vertex 0. Return whether the path has luminesced."""
-    L = tables.spectra.lights
+    La, Lb = path.La, path.Lb
     A, B, X, R, F, G, FG = path.A, path.B, path.X, path.R, path.F, path.G, path.FG
     luminesced = False
     for j in range(width):
@@ -213,8 +254,11 @@ def _propagate(path: Any, n: int, terms: int, tables: Any, width: int) -> bool:
     while k > 0:
         h, a, b = path.hit[k], path.lights[k, 0], path.lights[k, 1]
         glows = _coefficients(path, k, terms, tables, width)
-        for j in range(width):
-            R[j] += h * L[b, j]
+        _light(La, a, tables, width)
+        if h > 0:
+            _light(Lb, b, tables, width)
+            for j in range(width):
+                R[j] += h * Lb[j]
         if luminesced:
             for j in range(width):
                 FG[j] = F[j] + G[j]
@@ -235,13 +279,13 @@ def _propagate(path: Any, n: int, terms: int, tables: Any, width: int) -> bool:
                 c, d = path.sent[k, t], path.found[k, t]
                 if r < len(tables.spectra.glows) and tables.spectra.glows[r] >= 0 and (c != 0 or d != 0):
                     for j in range(width):
-                        X[j] = d * L[a, j] + c * R[j]
+                        X[j] = d * La[j] + c * R[j]
                     luminesce(F, X, np.float32(1), r, width, tables.spectra)
                     if luminesced:
                         luminesce(G, FG, c, r, width, tables.spectra)
             luminesced = True
         for j in range(width):
-            R[j] = A[j] * R[j] + B[j] * L[a, j]
+            R[j] = A[j] * R[j] + B[j] * La[j]
         k -= 1
     return luminesced
 
@@ -249,12 +293,14 @@ def _propagate(path: Any, n: int, terms: int, tables: Any, width: int) -> bool:
 @numba.njit(inline="always")
 def _collect(path: Any, luminesced: bool, terms: int, tables: Any, y: Any, width: int) -> None:
     """Add the components that vertex 0 sends to the camera."""
-    L = tables.spectra.lights
+    La, Lb = path.La, path.Lb
     A, B, X, R, F, G, FG = path.A, path.B, path.X, path.R, path.F, path.G, path.FG
     h, a, b = path.hit[0], path.lights[0, 0], path.lights[0, 1]
     glows = _coefficients(path, 0, terms, tables, width)
+    _light(La, a, tables, width)
+    _light(Lb, b, tables, width)
     for j in range(width):
-        y[1, j] += B[j] * L[a, j] + A[j] * (h * L[b, j])
+        y[1, j] += B[j] * La[j] + A[j] * (h * Lb[j])
     for j in range(width):
         y[3, j] += A[j] * R[j]
     if luminesced:
@@ -270,7 +316,7 @@ def _collect(path: Any, luminesced: bool, terms: int, tables: Any, y: Any, width
             c, d = path.sent[0, t], path.found[0, t]
             if r < len(tables.spectra.glows) and tables.spectra.glows[r] >= 0 and (c != 0 or d != 0):
                 for j in range(width):
-                    X[j] = d * L[a, j] + c * h * L[b, j]
+                    X[j] = d * La[j] + c * h * Lb[j]
                 luminesce(y[2], X, np.float32(1), r, width, tables.spectra)
                 luminesce(y[4], R, c, r, width, tables.spectra)
                 if luminesced:
@@ -310,8 +356,9 @@ def compiled_for_lobes(width: int, terms: int, one_light: bool, component_errors
                     if n < 0:
                         return p
                     if source > 0:
+                        _light(path.Lb, light, tables, width)
                         for j in range(width):
-                            y[0, j] += source * tables.spectra.lights[light, j]
+                            y[0, j] += source * path.Lb[j]
                     if n > 0:
                         luminesced = _propagate(path, n, terms, tables, width)
                         _collect(path, luminesced, terms, tables, y, width)
@@ -334,5 +381,5 @@ def compiled_for_lobes(width: int, terms: int, one_light: bool, component_errors
 
 def _version() -> int:
     """Fingerprint of the other files whose code is compiled in: Numba looks at the date of this one only."""
-    modules = (components_module, log_module, batches_module, luminesce_module, spectral_tables_module)
+    modules = (components_module, log_module, batches_module, luminesce_module, spectral_tables_module, lobe_module)
     return zlib.crc32("".join(inspect.getsource(module) for module in modules).encode())

@@ -17,10 +17,56 @@ from numpy.typing import NDArray
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["CHANNELS", "STRAIGHT", "Edit", "Lobe", "LobeRow", "Lobes", "Texture"]
+__all__ = [
+    "CHANNELS",
+    "DARK",
+    "FULL",
+    "HALF",
+    "PLAIN",
+    "REST",
+    "STRAIGHT",
+    "Edit",
+    "Lobe",
+    "LobeRow",
+    "Lobes",
+    "Texture",
+    "operate",
+]
 
 CHANNELS = 3  # colour channels of a probe
 STRAIGHT = 3  # in place of a channel: light that goes straight through, which no probe colours
+
+
+PLAIN, REST, DARK, HALF, FULL = 0.0, -1.0, -2.0, -3.0, -4.0
+"""What `operate` makes of S: S; 1 - S; the three of Lagrange's polynomials in the root of S for 0, 1/2 and 1."""
+
+
+def operate(S: NDArray[np.floating], operation: NDArray[np.floating] | float) -> NDArray[np.float64]:
+    """Make of reflectances what a lobe needs.
+
+    Parameters
+    ----------
+    S : ndarray
+    operation : ndarray or float
+        One of the numbers above, or r > 0: S (1 - r) / (1 - r S), the base of a nonlinear plastic whose coat reflects the
+        share r back.
+
+    Returns
+    -------
+    ndarray
+
+    Examples
+    --------
+    >>> operate(np.array([0.25, 1.0]), REST), operate(np.array([0.25, 1.0]), HALF)
+    (array([0.75, 0.  ]), array([ 1., -0.]))
+    """
+    S, operation = np.asarray(S, dtype=np.float64), np.asarray(operation, dtype=np.float64)
+    r, s = np.maximum(operation, 0), np.sqrt(np.maximum(S, 0))
+    return np.select(
+        [operation == REST, operation == DARK, operation == HALF, operation == FULL],
+        [1 - S, 2 * (s - 0.5) * (s - 1), 4 * s * (1 - s), 2 * s * (s - 0.5)],
+        S * (1 - r) / (1 - r * S),
+    )
 
 
 class LobeRow(Protocol):
@@ -107,7 +153,7 @@ class Lobes:
     rows : tuple of LobeRow
         Spectra.
     colours : ndarray of shape (texels, 4), float32
-        Spectra of texels: Mitsuba's three sigmoid coefficients of a colour, and the r of `Internal`.
+        Spectra of texels: Mitsuba's three sigmoid coefficients of a colour, and what is made of it, see `operate`.
     textures : tuple of Texture
     of_surface : mapping of int to (front, back)
         The lobes of both sides of a surface, by its node.
@@ -116,6 +162,12 @@ class Lobes:
     replaced : mapping of int to bool
         Surfaces, by node, whose BSDF a material from outside replaces: it becomes diffuse with the probe (1, 0, 0);
         whether on both sides.
+    skies : mapping of int to ndarray of shape (height, width), float32
+        Environment maps, by node: the scale of each texel, which Mitsuba interpolates apart from its colour.
+    light_colours : ndarray of shape (texels, 4), float32
+        Colours of lights that vary: sigmoid coefficients, and the row of the light whose spectrum they multiply.
+    light_textures : mapping of int to (int, int)
+        Number in `textures` and first row in `light_colours` of lights that vary, by row of the light table.
     """
 
     rows: tuple[LobeRow, ...] = ()
@@ -124,6 +176,9 @@ class Lobes:
     of_surface: Mapping[int, tuple[tuple[Lobe, ...], tuple[Lobe, ...]]] = field(default_factory=dict)
     edits: tuple[Edit, ...] = ()
     replaced: Mapping[int, bool] = field(default_factory=dict)
+    skies: Mapping[int, NDArray[np.float32]] = field(default_factory=dict)
+    light_colours: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 4), dtype=np.float32))
+    light_textures: Mapping[int, tuple[int, int]] = field(default_factory=dict)
 
     @property
     def terms(self) -> int:
@@ -136,5 +191,5 @@ class Lobes:
         most = np.zeros(len(self.colours))
         for wavelength in np.linspace(360, 830, 24):
             x = (self.colours[:, 0] * wavelength + self.colours[:, 1]) * wavelength + self.colours[:, 2]
-            most = np.maximum(most, 0.5 + 0.5 * x / np.sqrt(1 + x * x))
+            most = np.maximum(most, np.abs(operate(0.5 + 0.5 * x / np.sqrt(1 + x * x), self.colours[:, 3])))
         return most

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning, SceneError, message
-from fluorspar.scene.lobes.lobe import CHANNELS, STRAIGHT, Edit, Lobe, LobeRow, Lobes, Texture
-from fluorspar.scene.lobes.rows import ANGLES, Internal, Metal
+from fluorspar.scene.lobes.lobe import CHANNELS, DARK, FULL, HALF, STRAIGHT, Edit, Lobe, LobeRow, Lobes, Texture
+from fluorspar.scene.lobes.rows import ANGLES, Metal, Operated
 from fluorspar.scene.lobes.textures import bitmap_colours, placement, sigmoid
 from fluorspar.scene.nodes import FLUORESCENT, build, children, copy_nodes, kind, label
 from fluorspar.scene.plugin_spectra import plugin_spectrum
@@ -283,28 +283,24 @@ class LobeReader:
         mean = (colours[0].mean + colours[1].mean) / 2
         return _Spectral(row, False, mean, mean, len(self.textures) - 1)
 
-    def internal(self, spectral: _Spectral, r: float) -> _Spectral:
-        """The base of a nonlinear plastic below a coat that reflects the share `r` back."""
-        m = spectral.mean
-        unit = m * (1 - r) / (1 - r * m)
-        if spectral.in_colours:
-            texture = self.textures[spectral.texture]
-            count = texture.width * texture.height
-            row = sum(map(len, self.colours))
-            flat = np.concatenate(self.colours)[spectral.row : spectral.row + count].copy()
-            flat[:, 3] = r
-            self.colours.append(flat)
-            self.textures.append(texture)
-            self._in_colours.add((len(self.textures) - 1, row))
-            return replace(spectral, row=row, texture=len(self.textures) - 1, unit=unit)
+    def operated(self, spectral: _Spectral, operation: float, mean: float, unit: float) -> _Spectral:
+        """What a lobe makes of a spectrum, see `operate`; with another probe."""
         count = 1
         if spectral.texture >= 0:
             count = self.textures[spectral.texture].width * self.textures[spectral.texture].height
+        if spectral.in_colours:
+            row = sum(map(len, self.colours))
+            flat = np.concatenate(self.colours)[spectral.row : spectral.row + count].copy()
+            flat[:, 3] = operation
+            self.colours.append(flat)
+            self.textures.append(self.textures[spectral.texture])
+            self._in_colours.add((len(self.textures) - 1, row))
+            return _Spectral(row, True, mean, unit, len(self.textures) - 1)
         row = len(self.rows)
         for below in self.rows[spectral.row : spectral.row + count]:
             assert isinstance(below, Material)
-            self.rows.append(Internal(below, r))
-        return replace(spectral, row=row, unit=unit)
+            self.rows.append(Operated(below, operation))
+        return _Spectral(row, False, mean, unit, spectral.texture)
 
 
 def _diffuse(reader: LobeReader, index: int, side: _Side) -> None:
@@ -325,9 +321,8 @@ def _plastic(reader: LobeReader, index: int, side: _Side) -> None:
     if reader.state.nodes[index].props.get("nonlinear", False):
         nonlinear = index, "diffuse_reflectance, nonlinear"
         if nonlinear not in reader._spectral:
-            reader._spectral[nonlinear] = reader.internal(
-                spectral, _internal_reflectance(reader.state, index)
-            )
+            r, m = _internal_reflectance(reader.state, index), spectral.mean
+            reader._spectral[nonlinear] = reader.operated(spectral, r, m, m * (1 - r) / (1 - r * m))
         spectral = reader._spectral[nonlinear]
     reader.give(*key, spectral, side)
     _specular(reader, index, side, "specular_reflectance")
@@ -409,7 +404,7 @@ def _preset(values: Any, props: Any) -> tuple[Spectrum, Spectrum]:
         Spectrum(
             np.array(values[f"{part}.wavelengths"]),
             np.array(values[f"{part}.values"]),
-            f"{part} of {props['material'] if 'material' in props else 'Cu'}",
+            f"{part} of {props.get('material', 'Cu')}",
         )
         for part in ("eta", "k")
     )
@@ -441,6 +436,29 @@ def _mask(reader: LobeReader, index: int, side: _Side) -> None:
     side.straight = True
 
 
+def _principled(reader: LobeReader, index: int, side: _Side) -> None:
+    props = reader.state.nodes[index].props
+    for tint in ("spec_tint", "sheen_tint"):
+        if tint in props and props.get(tint, 0.0) != 0.0:
+            raise SceneError(
+                message(
+                    f"'{tint}' is not supported",
+                    where=side.where,
+                    got=props[tint],
+                    expected="0: its colour is one of red, green and blue, and not of wavelengths",
+                )
+            )
+    spectral = reader.spectral(index, "base_color", 0.5, f"base_color of {side.where}")
+    # The value is a polynomial of the second degree in the root of the base colour, so three of them tell it.
+    nodes = ((FULL, 1.0), (DARK, 0.0), (HALF, 0.25))
+    for channel, (operation, base) in enumerate(nodes):
+        key = index, f"base_color, {operation}"
+        if key not in reader._spectral:
+            reader._spectral[key] = reader.operated(spectral, operation, base, 1.0)
+        side.channel(reader._spectral[key], channel)
+    reader.edit(index, {"base_color": (1.0, 0.0, 0.25)})
+
+
 _PLUGINS: dict[str, Callable[[LobeReader, int, _Side], None]] = {
     "diffuse": _diffuse,
     FLUORESCENT: _fluorescent,
@@ -454,6 +472,8 @@ _PLUGINS: dict[str, Callable[[LobeReader, int, _Side], None]] = {
     "blendbsdf": _inner,
     "bumpmap": _inner,
     "normalmap": _inner,
+    "principled": _principled,
+    "principledthin": _principled,
     "mask": _mask,
     "null": _mask,
     "twosided": _inner,

@@ -8,35 +8,35 @@ import numpy as np
 
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.bispectral.material import Material
+from fluorspar.scene.lobes.lobe import operate
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["ANGLES", "Internal", "Metal", "conductor_reflectance"]
+__all__ = ["ANGLES", "Metal", "Operated", "conductor_reflectance"]
 
 ANGLES = 65
 """Angles for which a conductor has rows; with linear interpolation between them the error is below 3e-4."""
 
 
 @dataclass(frozen=True)
-class Internal:
-    """The base of a nonlinear plastic: S (1 - r) / (1 - r S).
+class Operated:
+    """What a lobe makes of the reflectance of a material.
 
     Attributes
     ----------
     base : Material
-        S.
-    r : float
-        Share of the light that the coat reflects back to the base.
+        Its S.
+    operation : float
+        See `operate`.
     """
 
     base: Material
-    r: float
+    operation: float
 
     def on(self, grid: Wavelengths, *, stokes: Stokes = "half") -> DonaldsonMatrix:
         """Return it on a grid."""
         below = self.base.on(grid, stokes=stokes)
-        S = below.reflectance
-        return replace(below, reflectance=S * (1 - self.r) / (1 - self.r * S))
+        return replace(below, reflectance=operate(below.reflectance, self.operation))
 
 
 @dataclass(frozen=True)
