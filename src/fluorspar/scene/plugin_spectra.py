@@ -15,7 +15,7 @@ from fluorspar.errors import SceneError, SpectrumError, message
 from fluorspar.scene.nodes import build, copy_nodes
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["SpatialVariation", "average_light", "average_reflectance", "plugin_spectrum"]
+__all__ = ["SpatialVariation", "average_light", "average_reflectance", "plugin_spectrum", "white_light"]
 
 # The range over which Mitsuba's spectral upsampling of `rgb` values and its own tables are defined.
 _MITSUBA_RANGE = (360.0, 830.0)
@@ -55,8 +55,7 @@ def plugin_spectrum(
     if value_type in (types.Float, types.Integer):
         number = float(props[name]) if name in props else default
         if emissive:  # Mitsuba's lights of a plain number are white, which means D65
-            white = mi.load_dict({"type": "constant", "radiance": number})
-            return _tabulate(white, _MITSUBA_RANGE, label)
+            return white_light(number, label)
         return Spectrum.constant(number, name=label)
     if value_type == types.Spectrum:
         table = props[name]
@@ -104,6 +103,13 @@ def plugin_spectrum(
         return Spectrum(np.array(values["wavelengths"]), np.array(values["values"]), name=label)
     low, high = (float(end) for end in texture.wavelength_range())
     return _tabulate(texture, (low, high) if np.isfinite([low, high]).all() else _MITSUBA_RANGE, label)
+
+
+def white_light(number: float, label: str) -> Spectrum:
+    """The spectrum of Mitsuba's lights of a plain number, which is that of D65."""
+    import mitsuba as mi
+
+    return _tabulate(mi.load_dict({"type": "constant", "radiance": number}), _MITSUBA_RANGE, label)
 
 
 def average_reflectance(state: Any, index: int, label: str) -> Spectrum:

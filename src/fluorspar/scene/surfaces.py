@@ -225,7 +225,10 @@ class _Reader:
 
     def light(self, index: int, where: str) -> int:
         """Light row of an emitter node."""
-        self.table.lights.append(read_light(self.state, index, where, matte=self.recipe.matte))
+        varying = None if self.lobes is None else self.lobes.light(index, len(self.table.lights), where)
+        self.table.lights.append(
+            varying or read_light(self.state, index, where, matte=self.recipe.matte)
+        )
         return len(self.table.lights) - 1
 
     def add(self, material: Material) -> int:

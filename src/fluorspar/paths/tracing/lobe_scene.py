@@ -60,6 +60,12 @@ class LobeScene:
     light_of_emitter : ndarray of shape (P,), uint32
         Light row of the emitter whose Dr.Jit pointer is p.
     lobes : Lobes
+    lights : int
+        Rows of the light table; the texels of lights that vary follow.
+    sky_row : int
+        Light row of its environment map, -1 if it has none.
+    to_sky : ndarray of shape (3, 3), optional
+        Turns directions of the scene to those of its environment map.
     """
 
     mitsuba_scene: Any
@@ -70,6 +76,9 @@ class LobeScene:
     terms: int
     light_of_emitter: NDArray[np.uint32]
     lobes: Lobes
+    lights: int
+    sky_row: int
+    to_sky: NDArray[np.float64] | None
 
 
 def build_lobe_scene(scene: Scene) -> LobeScene:
@@ -82,7 +91,11 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
     nodes = state.nodes
     for light in scene.lights:
         props = nodes[light.node].props
-        give_spectrum(props, light, 1.0)
+        if light.node in lobes.skies:
+            del props["filename"]
+            props["bitmap"] = mi.Bitmap(np.repeat(lobes.skies[light.node][..., np.newaxis], 3, axis=2))
+        else:
+            give_spectrum(props, light, 1.0)
         props.set_id(f"light-{light.node}")
     for edit in lobes.edits:
         props = nodes[edit.node].props
@@ -115,6 +128,8 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
     with resolving(scene.base):
         built = build(state)
 
+    sky = [emitter for emitter in built.emitters() if emitter.class_name() == "EnvironmentMapEmitter"]
+    to_sky = np.linalg.inv(np.array(sky[0].world_transform().matrix, dtype=np.float64).reshape(4, 4))[:3, :3] if sky else None
     terms = lobes.terms
     sides: list[list[tuple[Lobe, bool, bool]]] = [[]]
     pointers = {shape.id(): _pointer(mi.ShapePtr(shape)) for shape in built.shapes()}
@@ -131,7 +146,17 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
     sampler = sensor.sampler().clone()
     sampler.set_sample_count(scene.settings.spp)
     return LobeScene(
-        built, sensor, sampler, first_of_shape, _slots(sides, terms), terms, light_of_emitter, lobes
+        built,
+        sensor,
+        sampler,
+        first_of_shape,
+        _slots(sides, terms),
+        terms,
+        light_of_emitter,
+        lobes,
+        len(scene.lights),
+        row_of_id[sky[0].id()] if sky else -1,
+        to_sky,
     )
 
 

@@ -40,10 +40,18 @@ class LobeTracer(Tracer):
         self.scale = mi.Float(slots.scale)
         self.found, self.sent = mi.Bool(slots.found), mi.Bool(slots.sent)
         textures = scene.lobes.textures
-        self.textured, self.metallic = bool(textures), bool(slots.angles.any())
+        self.textured, self.metallic = bool((slots.texture >= 0).any()), bool(slots.angles.any())
         self.picks = self.textured or self.metallic
         holes = (slots.channel == STRAIGHT).reshape(-1, scene.terms).any(axis=1)
         self.straight, self.hole = bool(holes.any()), mi.Bool(holes)
+        varying = scene.lobes.light_textures
+        self.varying = bool(varying)
+        if varying:
+            self.one_light = False
+            none = (-1, 0)
+            rows = [varying.get(row, none) for row in range(scene.lights)]
+            self.light_texture = mi.Int32([texture for texture, _ in rows])
+            self.light_first = mi.UInt32([scene.lights + first for _, first in rows])
         if textures:
             self.size = mi.Point2u([t.width for t in textures], [t.height for t in textures])
             self.to_uv = [mi.Float([t.to_uv[k] for t in textures]) for k in range(6)]
@@ -65,6 +73,22 @@ class LobeTracer(Tracer):
     ) -> tuple[Any, dict[str, Any]]:
         """Record the loop; see `Tracer.run`."""
         return _trace(self, spread, log, height, **state)
+
+    def light_of(self, emitter: Any, direction: Any, uv: Any, rng: Any, active: Any) -> Any:
+        """The row of the light that comes from an emitter: of one that varies, that of a texel."""
+        row = dr.gather(mi.UInt32, self.light_of_emitter, dr.reinterpret_array(mi.UInt32, emitter), active)
+        if not self.varying:
+            return row
+        texture = dr.gather(mi.Int32, self.light_texture, row, active)
+        if self.scene.to_sky is not None:
+            x, y, z = (
+                sum((float(a) * b for a, b in zip(line, direction, strict=True)), mi.Float(0))
+                for line in self.scene.to_sky
+            )
+            away = mi.Point2f(dr.atan2(x, -z) * dr.inv_two_pi, dr.safe_acos(y) * dr.inv_pi)
+            uv = dr.select(row == self.scene.sky_row, away, uv)
+        texel = _texel(self, texture, uv, two(rng), active)
+        return dr.select(texture >= 0, dr.gather(mi.UInt32, self.light_first, row, active) + texel, row)
 
     def terms_of(
         self, si: Any, value: Any, weight: Any, wo: Any, bs: Any, pick: Any, active: Any
@@ -161,9 +185,7 @@ def _trace(
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * mis(pdf, pdf_direct), 0.0)
         dr.scatter(log["sampled"], sampled, slot)
         if dr.hint(not tracer.one_light, mode="scalar"):
-            light = dr.gather(
-                mi.UInt32, tracer.light_of_emitter, dr.reinterpret_array(mi.UInt32, emitter), seen
-            )
+            light = tracer.light_of(emitter, ray.d, si.uv, rng, seen)
             dr.scatter(log["sampled_light"], light, slot)
 
         # The vertex: direct light by next-event estimation, and a direction to go on.
@@ -181,9 +203,7 @@ def _trace(
         lit = smooth & (mixed * dr.max(value) > 0)
         lit &= ~scene.ray_test(si.spawn_ray_to(ds.p), coherent=False, active=lit)
         if dr.hint(not tracer.one_light, mode="scalar"):
-            light = dr.gather(
-                mi.UInt32, tracer.light_of_emitter, dr.reinterpret_array(mi.UInt32, ds.emitter), lit
-            )
+            light = tracer.light_of(ds.emitter, ds.d, ds.uv, rng, lit)
             dr.scatter(log["direct_light"], light, slot)
 
         terms = tracer.terms_of(

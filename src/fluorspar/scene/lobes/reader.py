@@ -12,11 +12,18 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning, SceneError, message
+from fluorspar.scene.lights import Light
 from fluorspar.scene.lobes.lobe import CHANNELS, DARK, FULL, HALF, STRAIGHT, Edit, Lobe, LobeRow, Lobes, Texture
 from fluorspar.scene.lobes.rows import ANGLES, Metal, Operated
-from fluorspar.scene.lobes.textures import bitmap_colours, placement, sigmoid
+from fluorspar.scene.lobes.textures import (
+    bitmap_colours,
+    placement,
+    sigmoid,
+    sky_colours,
+    sky_placement,
+)
 from fluorspar.scene.nodes import FLUORESCENT, build, children, copy_nodes, kind, label
-from fluorspar.scene.plugin_spectra import plugin_spectrum
+from fluorspar.scene.plugin_spectra import plugin_spectrum, white_light
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["LobeReader", "needs_lobes"]
@@ -92,6 +99,9 @@ class LobeReader:
         self.overrides = overrides
         self.overridden: set[str] = set()
         self.replaced: dict[int, bool] = {}
+        self.skies: dict[int, NDArray[np.float32]] = {}
+        self.light_colours: list[NDArray[np.float32]] = []
+        self.light_textures: dict[int, tuple[int, int]] = {}
         self._default: _Spectral | None = None
         self.materials: list[Material] = []
         self.rows: list[LobeRow] = []
@@ -105,6 +115,44 @@ class LobeReader:
         self._white = _Spectral(0, False, 1.0, 1.0)
         self.rows.append(Material("white", Spectrum.constant(1.0, name="white")))
 
+    def light(self, index: int, row: int, where: str) -> Light | None:
+        """Read a light that varies with direction or place; None if this one does not.
+
+        Parameters
+        ----------
+        index : int
+            Its node.
+        row : int
+            The row of the light table that it gets.
+        where : str
+            What it is on, for messages.
+        """
+        import mitsuba as mi
+
+        props = self.state.nodes[index].props
+        plugin = props.plugin_name()
+        name = props.id() or where
+        if plugin == "envmap":
+            width, _ = mi.Bitmap(str(mi.file_resolver().resolve(props["filename"]))).size()
+            colours, scale = sky_colours(self.state, index, int(width), f"light '{name}'")
+            self.skies[index] = scale
+            texture = sky_placement(*scale.shape)
+            spectrum = white_light(1.0, f"radiance of light '{name}'")
+        elif plugin == "area" and props.type("radiance") == mi.Properties.Type.ResolvedReference:
+            child = props["radiance"].index()
+            if self.state.nodes[child].props.plugin_name() != "bitmap":
+                return None
+            colours = bitmap_colours(self.state, child, f"radiance of light '{name}'")
+            texture = placement(self.state, child, *colours.shape[:2])
+            spectrum = Spectrum.constant(1.0, f"radiance of light '{name}'")
+        else:
+            return None
+        flat = colours.reshape(-1, 3)
+        self.light_textures[row] = len(self.textures), sum(map(len, self.light_colours))
+        self.textures.append(texture)
+        self.light_colours.append(np.concatenate([flat, np.full((len(flat), 1), row, np.float32)], axis=1))
+        return Light(name, plugin, spectrum, "W m-2 sr-1 nm-1", index)
+
     def lobes(self) -> Lobes:
         """Everything that was read."""
         first = len(self.rows)
@@ -116,11 +164,14 @@ class LobeReader:
 
         return Lobes(
             tuple(self.rows),
-            np.concatenate(self.colours) if self.colours else np.zeros((0, 4), dtype=np.float32),
+            _joined(self.colours),
             tuple(self.textures),
             {node: (placed(front), placed(back)) for node, (front, back) in self.of_surface.items()},
             tuple(Edit(node, values, plugin) for node, (plugin, values) in self._edits.items()),
             self.replaced,
+            self.skies,
+            _joined(self.light_colours),
+            self.light_textures,
         )
 
     def _is_colour(self, lobe: Lobe) -> bool:
@@ -301,6 +352,10 @@ class LobeReader:
             assert isinstance(below, Material)
             self.rows.append(Operated(below, operation))
         return _Spectral(row, False, mean, unit, spectral.texture)
+
+
+def _joined(colours: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+    return np.concatenate(colours) if colours else np.zeros((0, 4), dtype=np.float32)
 
 
 def _diffuse(reader: LobeReader, index: int, side: _Side) -> None:
@@ -489,6 +544,8 @@ def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
             yield from below(child)
 
     for index, node in enumerate(state.nodes):
+        if kind(node) == "Emitter" and _varies(state, index):
+            return True
         if kind(node) != "Shape" or node.props.id() in overrides:
             continue
         for _, bsdf in children(state, index):
@@ -499,6 +556,13 @@ def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
                 continue
             return True
     return False
+
+
+def _varies(state: Any, index: int) -> bool:
+    """Whether a light is one that `LobeReader.light` reads."""
+    plugins = [state.nodes[child].props.plugin_name() for _, child in children(state, index)]
+    plugin = state.nodes[index].props.plugin_name()
+    return plugin == "envmap" or (plugin == "area" and "bitmap" in plugins)
 
 
 _GENERAL = set(_PLUGINS) - {"diffuse", FLUORESCENT, "twosided"}

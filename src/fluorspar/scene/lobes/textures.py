@@ -11,7 +11,7 @@ from fluorspar.errors import SceneError, message
 from fluorspar.scene.lobes.lobe import Texture
 from fluorspar.scene.nodes import build
 
-__all__ = ["bitmap_colours", "placement", "sigmoid"]
+__all__ = ["bitmap_colours", "placement", "sigmoid", "sky_colours", "sky_placement"]
 
 _LARGEST = 1e4  # coefficient; the sigmoid is then 1 to single precision
 
@@ -55,6 +55,47 @@ def bitmap_colours(state: Any, index: int, label: str) -> NDArray[np.float32]:
         return _grey(data[..., :3] @ np.array([0.212671, 0.715160, 0.072169], data.dtype), label)
     _check_finite(data, label)
     return np.clip(data[..., :3], -np.inf, np.inf).astype(np.float32).clip(-_LARGEST, _LARGEST)
+
+
+def sky_placement(height: int, width: int) -> Texture:
+    """How Mitsuba puts the texels of an environment map on the sphere; v is the angle from the zenith over pi."""
+    return Texture(
+        width,
+        height,
+        (1.0, 0.0, 0.0, 0.0, (height - 1) / height, 0.5 / height),
+        bilinear=True,
+        wrap="repeat",
+    )
+
+
+def sky_colours(
+    state: Any, index: int, width: int, label: str
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Read the texels of an environment map as Mitsuba's spectral variants take them.
+
+    Returns
+    -------
+    coefficients : ndarray of shape (height, width, 3), float32
+    scale : ndarray of shape (height, width), float32
+        What the colours are multiplied with.
+
+    Raises
+    ------
+    SceneError
+        If it is black, or holds values that are negative or not finite.
+    """
+    import mitsuba as mi
+
+    data = np.array(mi.traverse(build(state, index))["data"])
+    # Mitsuba stores the last column before the first, and the first behind the last.
+    texels = data[:, 1 : width + 1] if data.shape[1] == width + 2 else data[:, :width]
+    _check_finite(texels, label)
+    scale = texels[..., 3]
+    if scale.min() < 0 or scale.max() == 0:
+        fault = "an environment map is black" if scale.max() == 0 else "an environment map is negative"
+        raise SceneError(message(fault, where=label, expected="0 or more, and somewhere light"))
+    coefficients = texels[..., :3].clip(-_LARGEST, _LARGEST)
+    return np.ascontiguousarray(coefficients, np.float32), np.ascontiguousarray(scale, np.float32)
 
 
 def _grey(values: NDArray[np.floating], label: str) -> NDArray[np.float32]:
