@@ -25,8 +25,8 @@ class Log(NamedTuple):
     `[strips[l // BLOCK, 0] + t, l % BLOCK]`. A lane that comes to the end of its strip goes on at entry 0 of slot
     `goes_on[l]`, and so on; slots count like lanes.
 
-    In scenes of general surfaces a vertex has several terms, lobes of its BSDF with a spectrum each; `row`, `direct` and
-    `weight` are then of shape (terms, entries, BLOCK), with the coefficients of the lobe in `direct` and `weight`, and
+    In scenes of general surfaces a vertex has several terms, lobes of its BSDF with a spectrum each; `row`, `direct`
+    and `weight` are then of shape (terms, entries, BLOCK), with the coefficients of the lobe in `direct` and `weight`, and
     the path ends where all weights are 0.
 
     Attributes

@@ -80,5 +80,7 @@ def _tables(job: RenderJob, chunk: Chunk | None = None) -> SpectralTables | Lobe
     lights = [light.spectrum.on(job.grid) for light in job.scene.lights]
     lobes = job.scene.lobes
     return (
-        spectral_tables(matrices, lights) if lobes is None else lobe_tables(matrices, lobes, lights)
+        spectral_tables(matrices, lights)
+        if lobes is None
+        else lobe_tables(matrices, lobes, lights, lobes.more_on(job.grid, job.stokes))
     )

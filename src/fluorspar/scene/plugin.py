@@ -13,10 +13,11 @@ from fluorspar.errors import MaterialError, message
 from fluorspar.scene.nodes import FLUORESCENT
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["FLUORESCENT", "SPECTRA", "STRINGS", "register_plugins"]
+__all__ = ["COAT", "FLUORESCENT", "SPECTRA", "STRINGS", "register_plugins"]
 
 SPECTRA = ("reflectance", "emission", "excitation")
 STRINGS = ("donaldson", "material")
+COAT = ("int_ior", "ext_ior", "alpha", "distribution")
 
 
 def register_plugins() -> None:
@@ -36,8 +37,10 @@ def register_plugins() -> None:
         A full Donaldson matrix file, instead of the three spectra.
     material : string
         A material or mixture from the library (`"A:0.3,B:0.7"`), instead of the three spectra.
-    concentration : float
-        Scales the luminescence; default 1.
+    concentration : float or texture
+        Scales the luminescence; default 1. A picture makes a print of the dye.
+    int_ior, ext_ior, alpha, distribution : float, float, float, string
+        A clear coat, as that of `plastic`, or with a roughness as that of `roughplastic`; default: none.
 
     Raises
     ------
@@ -67,7 +70,7 @@ def _make_class(mi: Any) -> type:
             mi.BSDF.__init__(self, props)
             named = [name for name in STRINGS if name in props]
             self.concentration = props.get("concentration", 1.0)
-            for name in (*SPECTRA, *STRINGS):
+            for name in (*SPECTRA, *STRINGS, *COAT):
                 # Every accepted property has to be read, or the parser refuses the scene.
                 if name in props:
                     props.mark_queried(name)

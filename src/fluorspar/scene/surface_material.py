@@ -8,7 +8,7 @@ from typing import Any
 from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, message
-from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, STRINGS, check_properties, material_of_spectra
+from fluorspar.scene.plugin import COAT, FLUORESCENT, SPECTRA, STRINGS, check_properties, material_of_spectra
 from fluorspar.scene.plugin_spectra import SpatialVariation, average_reflectance, plugin_spectrum
 from fluorspar.scene.recipe import Recipe
 from fluorspar.spectral.spectrum import Spectrum
@@ -18,7 +18,7 @@ __all__ = ["DEFAULT_REFLECTANCE", "read_material"]
 DEFAULT_REFLECTANCE = 0.5
 """Mitsuba's, of `diffuse` and of a shape without BSDF."""
 
-_PROPERTIES = {"diffuse": ("reflectance",), FLUORESCENT: (*SPECTRA, *STRINGS, "concentration")}
+_PROPERTIES = {"diffuse": ("reflectance",), FLUORESCENT: (*SPECTRA, *STRINGS, "concentration", *COAT)}
 
 
 def read_material(state: Any, index: int, where: str, recipe: Recipe) -> Material:

@@ -91,7 +91,7 @@ class _Reader:
         self.lobes: LobeReader | None = None
         if not recipe.matte and needs_lobes(state, self.overrides):
             self.lobes = LobeReader(
-                state, lambda i, where: read_material(state, i, where, recipe), self.overrides
+                state, lambda nodes, i, where: read_material(nodes, i, where, recipe), self.overrides
             )
 
     def read(self) -> SurfaceTable:
@@ -226,9 +226,7 @@ class _Reader:
     def light(self, index: int, where: str) -> int:
         """Light row of an emitter node."""
         varying = None if self.lobes is None else self.lobes.light(index, len(self.table.lights), where)
-        self.table.lights.append(
-            varying or read_light(self.state, index, where, matte=self.recipe.matte)
-        )
+        self.table.lights.append(varying or read_light(self.state, index, where, matte=self.recipe.matte))
         return len(self.table.lights) - 1
 
     def add(self, material: Material) -> int:

@@ -48,6 +48,10 @@ class LobeTables(NamedTuple):
     Attributes
     ----------
     spectra : SpectralTables
+    more : SpectralTables
+        What luminesces more than once at one surface, under its coat, by the same rows; `reflectance` is the diagonal.
+    coated : bool
+        Whether anything does.
     colours, light_colours : ndarray of shape (texels, 4), float32
         See `Lobes`.
     wavelengths : ndarray of shape (B,), float32
@@ -55,6 +59,8 @@ class LobeTables(NamedTuple):
     """
 
     spectra: SpectralTables
+    more: SpectralTables
+    coated: bool
     colours: NDArray[np.float32]
     light_colours: NDArray[np.float32]
     wavelengths: NDArray[np.float32]
@@ -64,13 +70,17 @@ def lobe_tables(
     matrices: Sequence[DonaldsonMatrix],
     lobes: Lobes,
     lights: Sequence[NDArray[np.float64]],
+    more: Sequence[DonaldsonMatrix] | None = None,
 ) -> LobeTables:
     """Lay out the rows of `Lobes`, all on one grid, for the sweep; see `spectral_tables`."""
     spectra = spectral_tables(matrices, lights)
     values = np.clip(matrices[0].wavelengths.values, 360.0, 830.0)
     width = spectra.reflectance.shape[1]
     wavelengths = np.concatenate([values, np.repeat(values[-1:], width - len(values))])
-    return LobeTables(spectra, lobes.colours, lobes.light_colours, wavelengths.astype(np.float32))
+    second = spectral_tables(more or matrices[:1], [])
+    return LobeTables(
+        spectra, second, more is not None, lobes.colours, lobes.light_colours, wavelengths.astype(np.float32)
+    )
 
 
 class LobePath(NamedTuple):
@@ -283,6 +293,13 @@ def _propagate(path: Any, n: int, terms: int, tables: Any, width: int) -> bool:
                     luminesce(F, X, np.float32(1), r, width, tables.spectra)
                     if luminesced:
                         luminesce(G, FG, c, r, width, tables.spectra)
+                    if tables.coated and tables.more.glows[r] >= 0:
+                        if luminesced:
+                            for j in range(width):
+                                X[j] += c * FG[j]
+                        for j in range(width):
+                            G[j] += tables.more.reflectance[r, j] * X[j]
+                        luminesce(G, X, np.float32(1), r, width, tables.more)
             luminesced = True
         for j in range(width):
             R[j] = A[j] * R[j] + B[j] * La[j]
@@ -321,6 +338,15 @@ def _collect(path: Any, luminesced: bool, terms: int, tables: Any, y: Any, width
                 luminesce(y[4], R, c, r, width, tables.spectra)
                 if luminesced:
                     luminesce(y[6], FG, c, r, width, tables.spectra)
+                if tables.coated and tables.more.glows[r] >= 0:
+                    for j in range(width):
+                        X[j] += c * R[j]
+                    if luminesced:
+                        for j in range(width):
+                            X[j] += c * FG[j]
+                    for j in range(width):
+                        y[6, j] += tables.more.reflectance[r, j] * X[j]
+                    luminesce(y[6], X, np.float32(1), r, width, tables.more)
 
 
 @cache
@@ -381,5 +407,12 @@ def compiled_for_lobes(width: int, terms: int, one_light: bool, component_errors
 
 def _version() -> int:
     """Fingerprint of the other files whose code is compiled in: Numba looks at the date of this one only."""
-    modules = (components_module, log_module, batches_module, luminesce_module, spectral_tables_module, lobe_module)
+    modules = (
+        components_module,
+        log_module,
+        batches_module,
+        luminesce_module,
+        spectral_tables_module,
+        lobe_module,
+    )
     return zlib.crc32("".join(inspect.getsource(module) for module in modules).encode())

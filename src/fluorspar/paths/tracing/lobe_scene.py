@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.scene.lights import give_spectrum
-from fluorspar.scene.lobes.lobe import STRAIGHT, Lobe, Lobes
+from fluorspar.scene.lobes.lobe import STRAIGHT, DyeMap, Lobe, Lobes
 from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import set_film
@@ -104,11 +104,16 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
                 del props[name]
             props.set_plugin_name(edit.plugin)
         for name, value in edit.values.items():
+            if name == "reflectance" and edit.node in lobes.maps:
+                continue
             if name in props:
                 del props[name]
             if value is None:
                 continue
             props[name] = mi.ScalarColor3f(*value) if isinstance(value, tuple) else value
+    with resolving(scene.base):
+        for node, dye in lobes.maps.items():
+            nodes[node].props["reflectance"] = _dye_map(state, dye)
     for surface in scene.surfaces:
         nodes[surface.node].props.set_id(f"surface-{surface.node}")
     for surface in scene.surfaces:
@@ -129,7 +134,11 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         built = build(state)
 
     sky = [emitter for emitter in built.emitters() if emitter.class_name() == "EnvironmentMapEmitter"]
-    to_sky = np.linalg.inv(np.array(sky[0].world_transform().matrix, dtype=np.float64).reshape(4, 4))[:3, :3] if sky else None
+    to_sky = (
+        np.linalg.inv(np.array(sky[0].world_transform().matrix, dtype=np.float64).reshape(4, 4))[:3, :3]
+        if sky
+        else None
+    )
     terms = lobes.terms
     sides: list[list[tuple[Lobe, bool, bool]]] = [[]]
     pointers = {shape.id(): _pointer(mi.ShapePtr(shape)) for shape in built.shapes()}
@@ -158,6 +167,24 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         row_of_id[sky[0].id()] if sky else -1,
         to_sky,
     )
+
+
+def _dye_map(state: Any, dye: DyeMap) -> Any:
+    """The texture that says the concentration of a dye in one channel, and in another what is reflected."""
+    import mitsuba as mi
+
+    built = build(state, dye.picture)
+    concentration = np.array(mi.traverse(built)["data"])
+    concentration = (
+        concentration[..., :1]
+        if concentration.shape[2] == 1
+        else concentration[..., :3].mean(axis=2, keepdims=True)
+    )
+    texels = np.zeros((*concentration.shape[:2], 3), dtype=np.float32)
+    texels[..., dye.channel], texels[..., dye.reflected] = concentration[..., 0], dye.mean
+    props = state.nodes[dye.picture].props
+    kept = {name: props[name] for name in ("to_uv", "filter_type", "wrap_mode") if name in props}
+    return mi.load_dict({"type": "bitmap", "bitmap": mi.Bitmap(texels), "raw": True, **kept})
 
 
 def _expanded(side: tuple[Lobe, ...]) -> list[tuple[Lobe, bool, bool]]:

@@ -25,6 +25,7 @@ __all__ = [
     "PLAIN",
     "REST",
     "STRAIGHT",
+    "DyeMap",
     "Edit",
     "Lobe",
     "LobeRow",
@@ -48,8 +49,8 @@ def operate(S: NDArray[np.floating], operation: NDArray[np.floating] | float) ->
     ----------
     S : ndarray
     operation : ndarray or float
-        One of the numbers above, or r > 0: S (1 - r) / (1 - r S), the base of a nonlinear plastic whose coat reflects the
-        share r back.
+        One of the numbers above, or r > 0: S (1 - r) / (1 - r S), the base of a nonlinear plastic whose coat reflects
+        the share r back.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def operate(S: NDArray[np.floating], operation: NDArray[np.floating] | float) ->
     Examples
     --------
     >>> operate(np.array([0.25, 1.0]), REST), operate(np.array([0.25, 1.0]), HALF)
-    (array([0.75, 0.  ]), array([ 1., -0.]))
+    (array([0.75, 0.  ]), array([1., 0.]))
     """
     S, operation = np.asarray(S, dtype=np.float64), np.asarray(operation, dtype=np.float64)
     r, s = np.maximum(operation, 0), np.sqrt(np.maximum(S, 0))
@@ -145,6 +146,26 @@ class Edit:
 
 
 @dataclass(frozen=True)
+class DyeMap:
+    """A surface whose dye varies in concentration: the probe's reflectance becomes a picture.
+
+    Attributes
+    ----------
+    picture : int
+        Node of the texture of the concentration.
+    channel : int
+        Of the dye; what the picture says.
+    reflected, mean : int, float
+        Channel of what is reflected, and what it says everywhere.
+    """
+
+    picture: int
+    channel: int
+    reflected: int
+    mean: float
+
+
+@dataclass(frozen=True)
 class Lobes:
     """All lobes of a scene.
 
@@ -168,6 +189,8 @@ class Lobes:
         Colours of lights that vary: sigmoid coefficients, and the row of the light whose spectrum they multiply.
     light_textures : mapping of int to (int, int)
         Number in `textures` and first row in `light_colours` of lights that vary, by row of the light table.
+    maps : mapping of int to DyeMap
+        Maps of dyes, by the node of the BSDF.
     """
 
     rows: tuple[LobeRow, ...] = ()
@@ -179,12 +202,20 @@ class Lobes:
     skies: Mapping[int, NDArray[np.float32]] = field(default_factory=dict)
     light_colours: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 4), dtype=np.float32))
     light_textures: Mapping[int, tuple[int, int]] = field(default_factory=dict)
+    maps: Mapping[int, DyeMap] = field(default_factory=dict)
 
     @property
     def terms(self) -> int:
         """The most rows that a vertex needs: one for each lobe, and two where light found and light sent on differ."""
         sides = [side for both in self.of_surface.values() for side in both]
         return max((sum(2 if lobe.angles else 1 for lobe in side) for side in sides), default=1)
+
+    def more_on(self, grid: Wavelengths, stokes: Stokes) -> list[DonaldsonMatrix] | None:
+        """What luminesces more than once at one surface, by row; None if nothing does."""
+        if not any(hasattr(row, "more_on") for row in self.rows):
+            return None
+        nothing = DonaldsonMatrix(grid, np.zeros(len(grid)), stokes=stokes)
+        return [row.more_on(grid, stokes=stokes) if hasattr(row, "more_on") else nothing for row in self.rows]
 
     def brightest(self) -> NDArray[np.float64]:
         """Largest value of the spectrum of each texel, ndarray of shape (texels,)."""

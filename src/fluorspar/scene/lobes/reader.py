@@ -13,8 +13,20 @@ from numpy.typing import NDArray
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning, SceneError, message
 from fluorspar.scene.lights import Light
-from fluorspar.scene.lobes.lobe import CHANNELS, DARK, FULL, HALF, STRAIGHT, Edit, Lobe, LobeRow, Lobes, Texture
-from fluorspar.scene.lobes.rows import ANGLES, Metal, Operated
+from fluorspar.scene.lobes.lobe import (
+    CHANNELS,
+    DARK,
+    FULL,
+    HALF,
+    STRAIGHT,
+    DyeMap,
+    Edit,
+    Lobe,
+    LobeRow,
+    Lobes,
+    Texture,
+)
+from fluorspar.scene.lobes.rows import ANGLES, Coated, Luminescence, Metal, Operated, Reflection
 from fluorspar.scene.lobes.textures import (
     bitmap_colours,
     placement,
@@ -23,6 +35,7 @@ from fluorspar.scene.lobes.textures import (
     sky_placement,
 )
 from fluorspar.scene.nodes import FLUORESCENT, build, children, copy_nodes, kind, label
+from fluorspar.scene.plugin import COAT
 from fluorspar.scene.plugin_spectra import plugin_spectrum, white_light
 from fluorspar.spectral.spectrum import Spectrum
 
@@ -33,7 +46,7 @@ _DARKEST = 0.02  # probe: a lobe of a black colour still needs a coefficient
 _PRIMARIES = np.array([450.0, 545.0, 610.0])  # nm, where the numbers of an rgb index of refraction are taken
 
 Value = float | str | tuple[float, float, float] | None
-ReadMaterial = Callable[[int, str], Material]
+ReadMaterial = Callable[[Any, int, str], Material]
 
 
 @dataclass(frozen=True)
@@ -88,7 +101,7 @@ class LobeReader:
     state : mitsuba.parser.ParserState
         Parsed scene; the variant set is `scalar_spectral`.
     read_material : callable
-        Makes the material of a node that is matte and of one spectrum: takes the node and the words for it.
+        Makes the material of a node that is matte and of one spectrum: takes nodes, its number and words for it.
     overrides : mapping of str to Material
         Materials from outside, by shape or BSDF id.
     """
@@ -102,6 +115,7 @@ class LobeReader:
         self.skies: dict[int, NDArray[np.float32]] = {}
         self.light_colours: list[NDArray[np.float32]] = []
         self.light_textures: dict[int, tuple[int, int]] = {}
+        self.maps: dict[int, DyeMap] = {}
         self._default: _Spectral | None = None
         self.materials: list[Material] = []
         self.rows: list[LobeRow] = []
@@ -172,6 +186,7 @@ class LobeReader:
             self.skies,
             _joined(self.light_colours),
             self.light_textures,
+            self.maps,
         )
 
     def _is_colour(self, lobe: Lobe) -> bool:
@@ -364,10 +379,88 @@ def _diffuse(reader: LobeReader, index: int, side: _Side) -> None:
 
 
 def _fluorescent(reader: LobeReader, index: int, side: _Side) -> None:
-    key = index, "reflectance"
+    import mitsuba as mi
+
+    props = reader.state.nodes[index].props
+    coat = {name: props[name] for name in COAT if name in props}
+    maps = [
+        name
+        for name in ("reflectance", "concentration")
+        if name in props
+        and props.type(name) == mi.Properties.Type.ResolvedReference
+        and _is_bitmap(reader.state, props[name])
+    ]
+    if maps and coat:
+        raise SceneError(
+            message(
+                "a coated fluorescent surface with a texture is not supported",
+                where=side.where,
+                got=f"{', '.join(coat)} and a texture as {', '.join(maps)}",
+                expected="a coat, or a texture",
+            )
+        )
+    key = index, "material"
     if key not in reader._spectral:
-        reader._spectral[key] = reader.of_material(reader.read_material(index, side.where))
-    reader._becomes(index, reader._spectral[key], side)
+        state = copy_nodes(reader.state)
+        for name in (*maps, *coat):
+            del state.nodes[index].props[name]
+        if "reflectance" in maps:
+            state.nodes[index].props["reflectance"] = 0.0
+        reader._spectral[key] = reader.of_material(reader.read_material(state, index, side.where))
+    whole = reader._spectral[key]
+    if coat:
+        _coated(reader, index, side, whole, coat)
+    elif maps:
+        _dyed(reader, index, side, whole, maps)
+    else:
+        reader._becomes(index, whole, side)
+
+
+def _is_bitmap(state: Any, reference: Any) -> bool:
+    return state.nodes[reference.index()].props.plugin_name() == "bitmap"
+
+
+def _coated(reader: LobeReader, index: int, side: _Side, whole: _Spectral, coat: dict[str, Any]) -> None:
+    """A fluorescent base under the coat of a plastic, smooth or rough."""
+    key = index, "coated"
+    plugin = "roughplastic" if "alpha" in coat or "distribution" in coat else "plastic"
+    reader.edit(index, dict(coat), plugin=plugin)
+    if key not in reader._spectral:
+        r = _internal_reflectance({"type": plugin, **coat})
+        base = reader.rows[whole.row]
+        assert isinstance(base, Material)
+        reader.rows.append(Coated(base, r))
+        # The probe is a linear plastic, whose base answers with 1 / (1 - r) to 1.
+        reader._spectral[key] = _Spectral(len(reader.rows) - 1, False, whole.mean, whole.mean / (1 - r))
+    reader.give(index, "diffuse_reflectance", reader._spectral[key], side)
+    reader.give(index, "specular_reflectance", reader._white, side)
+
+
+def _dyed(reader: LobeReader, index: int, side: _Side, whole: _Spectral, maps: list[str]) -> None:
+    """A fluorescent surface whose reflectance, or the concentration of whose dye, is a picture."""
+    key = index, "reflected"
+    if key not in reader._spectral:
+        base = reader.rows[whole.row]
+        assert isinstance(base, Material)
+        reader.rows += [Luminescence(base), Reflection(base)]
+        reader._spectral[index, "dye"] = _Spectral(len(reader.rows) - 2, False, 1.0, 1.0)
+        reader._spectral[key] = (
+            reader._bitmap(
+                reader.state.nodes[index].props["reflectance"].index(), f"reflectance of {side.where}"
+            )
+            if "reflectance" in maps
+            else replace(whole, row=len(reader.rows) - 1)
+        )
+    reflected, dye = reader._spectral[key], reader._spectral[index, "dye"]
+    first = side.channel(reflected, reader._channel.get(key))
+    second = side.channel(dye, reader._channel.get((index, "dye")))
+    reader._channel[key], reader._channel[index, "dye"] = first, second
+    colour = [0.0] * CHANNELS
+    colour[first], colour[second] = reflected.mean, 1.0
+    reader.edit(index, {"reflectance": (colour[0], colour[1], colour[2])}, plugin="diffuse")
+    if "concentration" in maps:
+        child = reader.state.nodes[index].props["concentration"].index()
+        reader.maps[index] = DyeMap(child, second, first, reflected.mean)
 
 
 def _plastic(reader: LobeReader, index: int, side: _Side) -> None:
@@ -376,29 +469,31 @@ def _plastic(reader: LobeReader, index: int, side: _Side) -> None:
     if reader.state.nodes[index].props.get("nonlinear", False):
         nonlinear = index, "diffuse_reflectance, nonlinear"
         if nonlinear not in reader._spectral:
-            r, m = _internal_reflectance(reader.state, index), spectral.mean
+            r, m = _internal_reflectance_of(reader.state, index), spectral.mean
             reader._spectral[nonlinear] = reader.operated(spectral, r, m, m * (1 - r) / (1 - r * m))
         spectral = reader._spectral[nonlinear]
     reader.give(*key, spectral, side)
     _specular(reader, index, side, "specular_reflectance")
 
 
-def _internal_reflectance(state: Any, index: int) -> float:
+def _internal_reflectance_of(state: Any, index: int) -> float:
+    """The r of a plastic of the scene."""
+    props = state.nodes[index].props
+    coat = {name: props[name] for name in COAT if name in props}
+    return _internal_reflectance({"type": props.plugin_name(), **coat})
+
+
+def _internal_reflectance(plastic: dict[str, Any]) -> float:
     """The r of a plastic, from its value with two colours: S / (1 - r S) for S = 1/2 and 1, without highlight."""
     import mitsuba as mi
 
     values = []
     for S in (0.5, 1.0):
-        copy = copy_nodes(state)
-        props = copy.nodes[index].props
-        for name, value in (("diffuse_reflectance", S), ("specular_reflectance", 0.0)):
-            if name in props:
-                del props[name]
-            props[name] = value
-        bsdf = build(copy, index)
+        bsdf = mi.load_dict(
+            {**plastic, "diffuse_reflectance": S, "specular_reflectance": 0.0, "nonlinear": True}
+        )
         si = mi.SurfaceInteraction3f()
         si.wi = [0.0, 0.0, 1.0]
-        si.uv = [0.5, 0.5]
         si.wavelengths = [550.0] * 4
         values.append(float(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(0.6, 0.0, 0.8))[0]))
     ratio = values[0] / values[1]
@@ -552,9 +647,10 @@ def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
             if kind(state.nodes[bsdf]) != "BSDF":
                 continue
             plugins = [state.nodes[part].props.plugin_name() for part in (bsdf, *below(bsdf))]
-            if not set(plugins) & {"bitmap", "checkerboard"} and not set(plugins) & _GENERAL:
-                continue
-            return True
+            names = {name for part in (bsdf, *below(bsdf)) for name in state.nodes[part].props.keys()}  # noqa: SIM118
+            coated = FLUORESCENT in plugins and names & set(COAT)
+            if coated or set(plugins) & (_GENERAL | {"bitmap", "checkerboard"}):
+                return True
     return False
 
 

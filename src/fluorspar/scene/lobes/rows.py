@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fluorspar.bispectral.coated import under_a_coat
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.scene.lobes.lobe import operate
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["ANGLES", "Metal", "Operated", "conductor_reflectance"]
+__all__ = ["ANGLES", "Coated", "Luminescence", "Metal", "Operated", "Reflection", "conductor_reflectance"]
 
 ANGLES = 65
 """Angles for which a conductor has rows; with linear interpolation between them the error is below 3e-4."""
@@ -37,6 +38,52 @@ class Operated:
         """Return it on a grid."""
         below = self.base.on(grid, stokes=stokes)
         return replace(below, reflectance=operate(below.reflectance, self.operation))
+
+
+@dataclass(frozen=True)
+class Coated:
+    """A base, possibly fluorescent, under the coat of a plastic; without the light's way through the coat.
+
+    Attributes
+    ----------
+    base : Material
+    r : float
+        Share of the light that the coat reflects back to the base.
+    """
+
+    base: Material
+    r: float
+
+    def on(self, grid: Wavelengths, *, stokes: Stokes = "half") -> DonaldsonMatrix:
+        """Return on a grid what has luminesced once at the most."""
+        return under_a_coat(self.base.on(grid, stokes=stokes), self.r)[0]
+
+    def more_on(self, grid: Wavelengths, *, stokes: Stokes = "half") -> DonaldsonMatrix:
+        """Return on a grid what has luminesced more often."""
+        return under_a_coat(self.base.on(grid, stokes=stokes), self.r)[1]
+
+
+@dataclass(frozen=True)
+class Reflection:
+    """What a fluorescent material reflects, without its luminescence."""
+
+    base: Material
+
+    def on(self, grid: Wavelengths, *, stokes: Stokes = "half") -> DonaldsonMatrix:
+        """Return it on a grid."""
+        return DonaldsonMatrix(grid, self.base.on(grid, stokes=stokes).reflectance, stokes=stokes)
+
+
+@dataclass(frozen=True)
+class Luminescence:
+    """The luminescence of a material, without what it reflects."""
+
+    base: Material
+
+    def on(self, grid: Wavelengths, *, stokes: Stokes = "half") -> DonaldsonMatrix:
+        """Return it on a grid."""
+        D = self.base.on(grid, stokes=stokes)
+        return replace(D, reflectance=np.zeros_like(D.reflectance))
 
 
 @dataclass(frozen=True)
