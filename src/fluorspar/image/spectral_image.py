@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fluorspar.colour.xyz import CIE_1931
+from fluorspar.colour.observers import CIE_1931, observer_named
 from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.image.components import COMPONENTS, select
 from fluorspar.image.dataset import (
@@ -18,8 +18,10 @@ from fluorspar.image.dataset import (
     check_dataset,
     decoded_attrs,
     grid_of,
+    load,
     make_dataset,
     names_of,
+    readable,
     variable_attrs,
 )
 from fluorspar.image.units import is_radiance
@@ -169,8 +171,14 @@ class SpectralImage:
         write_image(self.dataset, path)
 
     def load(self) -> SpectralImage:
-        """Read all of the image into memory; return it."""
-        self.dataset.load()
+        """Read all of the image into memory; return it.
+
+        Raises
+        ------
+        ImageError
+            If it does not fit, or the file is damaged.
+        """
+        load(self.dataset)
         return self
 
     def close(self) -> None:
@@ -280,16 +288,15 @@ class SpectralImage:
             raise ImageError(message("the image holds no standard error"))
         return self.dataset["standard_error"]
 
-    def xyz(self, component: _Choice = None, *, observer: str = CIE_1931) -> xr.DataArray:
+    def xyz(self, component: _Choice = None, *, observer: str | int = CIE_1931) -> xr.DataArray:
         """CIE tristimulus values.
 
         Parameters
         ----------
         component : str or list of str, optional
             A component, several that are added up, or `total`, `single_bounce`, `reflected`, `luminescent`.
-        observer : str
-            Name of the colour matching functions in colour-science, such as "CIE 1964 10 Degree Standard
-            Observer".
+        observer : str or int
+            As for `fluorspar.colour.observers.observer_named`: 2, 10 or a name.
 
         Returns
         -------
@@ -310,6 +317,7 @@ class SpectralImage:
         """
         from fluorspar.image.display.appearance import xyz_of
 
+        observer = observer_named(observer)
         xyz = xyz_of(self.dataset, select(component, self.components), observer)
         units = "cd m-2" if observer == CIE_1931 and is_radiance(self.dataset.attrs) else "relative"
         return _labelled(xyz, "tristimulus", ["X", "Y", "Z"], f"tristimulus values, {observer}", units)
@@ -418,7 +426,8 @@ class SpectralImage:
                     expected=f"x from 0 to {width - 1}, y from 0 to {height - 1}",
                 )
             )
-        pixel = self.dataset.isel(x=x, y=y).load()
+        with readable(self.dataset.encoding.get("source")):
+            pixel = self.dataset.isel(x=x, y=y).load()
         # one by one, as in total(): numpy's sum may add in another order
         total = np.zeros(len(self.wavelengths), np.float32)
         for component in pixel["radiance"].values:

@@ -98,7 +98,7 @@ def summarise(dataset: xr.Dataset) -> Summary:
     height, width = dataset.sizes["y"], dataset.sizes["x"]
     facts: dict[str, Any] = {
         "size": f"{width} x {height} pixels",
-        "wavelengths": f"{grid}, {len(grid)} bands",
+        "wavelengths": f"{grid}" if "bands" in str(grid) else f"{grid}, {len(grid)} bands",
         "scene": attrs.get("scene"),
         "method": attrs.get("method"),
         "samples": None
