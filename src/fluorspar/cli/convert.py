@@ -44,6 +44,14 @@ def convert(
             help="FWHM in nm of triangular bands, at least that of the image; 0: as they are, interpolated linearly."
         ),
     ] = 0.0,
+    channel_wavelengths: Annotated[
+        str | None,
+        typer.Option(
+            metavar="START:STOP:STEP|A,B,...",
+            help="Of an .exr whose channels have no wavelengths in their names: these, in nm, in the order of the "
+            "numbers in the names.",
+        ),
+    ] = None,
     white: Annotated[
         str | None,
         typer.Option(
@@ -72,7 +80,11 @@ def convert(
     for written in (target, target.with_suffix(".img")) if kind == ".hdr" else (target,):
         check_not_input(written, *sources, fault="an image cannot be converted onto itself")
     grid = Wavelengths.parse(wavelengths) if wavelengths else None
-    with SpectralImage.open(source) as image, console.err.status(f"writing {text_of(target)}"):
+    channels = None if channel_wavelengths is None else _wavelengths_of(channel_wavelengths)
+    with (
+        SpectralImage.open(source, channel_wavelengths=channels) as image,
+        console.err.status(f"writing {text_of(target)}"),
+    ):
         result = converted(image, "total" if total else component, grid, bandwidth)
         if ASSUMED in str(result.attrs.get("converted", "")) and ASSUMED not in str(
             image.attrs.get("converted", "")
@@ -84,6 +96,27 @@ def convert(
             result.save(target)
         warn_of_envi(result, target)
     console.out.print(f"wrote {text_of(target)}", markup=False, highlight=False)
+
+
+def _wavelengths_of(text: str) -> list[float]:
+    """Wavelengths given as a grid or one by one, in nm."""
+    from fluorspar.errors import OptionError, message
+    from fluorspar.spectral.wavelengths import Wavelengths
+
+    if ":" in text:
+        return [float(wavelength) for wavelength in Wavelengths.parse(text).values]
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as err:
+        expected = "START:STOP:STEP or A,B,C in nm, such as 400:700:10 or 365,405,450"
+        raise OptionError(
+            message(
+                "wavelengths are not readable",
+                where="--channel-wavelengths",
+                got=repr(text),
+                expected=expected,
+            )
+        ) from err
 
 
 convert.__doc__ = f"{convert.__doc__}\n\n{_EXAMPLES}"

@@ -68,7 +68,9 @@ def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
         raise ImageError(message("the file to write is a directory", where=path, fix="name a file in it"))
     if there and not path.is_file():
         fix = "name a regular file, or one that does not exist"
-        raise ImageError(message("what is there already is not a file that can be replaced", where=path, fix=fix))
+        raise ImageError(
+            message("what is there already is not a file that can be replaced", where=path, fix=fix)
+        )
     if there and not (path.stat().st_mode & 0o222 and os.access(path, os.W_OK)):
         fix = f"name another file, or allow it: chmod u+w {path}"
         raise ImageError(message("the file to write exists and is read-only", where=path, fix=fix))

@@ -115,7 +115,9 @@ class SpectralImage:
         )
 
     @classmethod
-    def open(cls, path: str | os.PathLike[str]) -> SpectralImage:
+    def open(
+        cls, path: str | os.PathLike[str], *, channel_wavelengths: Sequence[float] | None = None
+    ) -> SpectralImage:
         """Open an image file: NetCDF (`.nc`, read when used), spectral EXR (`.exr`) or ENVI (`.hdr`, read at once).
 
         EXR files of other programs and ENVI files hold an image that is not split: its one component is `total`.
@@ -123,11 +125,19 @@ class SpectralImage:
         Parameters
         ----------
         path : str or path-like
+        channel_wavelengths : sequence of float, optional
+            Wavelengths in nm of the channels of an EXR file whose names hold none, in the order of the numbers in
+            their names.
 
         Raises
         ------
         ImageError
             If the file is missing, truncated, of another kind, or not a spectral image.
+
+        Warns
+        -----
+        ApproximationWarning
+            If something in the file is not read, or had to be assumed.
 
         Examples
         --------
@@ -141,7 +151,7 @@ class SpectralImage:
         """
         from fluorspar.image.formats.registry import read_image
 
-        return cls(read_image(path))
+        return cls(read_image(path, channel_wavelengths))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the image: `.nc` and `.exr` without loss, the total to `.hdr` (ENVI), its picture to `.png`.

@@ -176,7 +176,9 @@ def wavelengths_in_nm(at: ArrayLike, unit: str, where: object, fix: str = "") ->
     assumed = _assumed_unit(values) if name in ("", "unknown") else ""
     if assumed:
         low, high = values.min(), values.max()
-        text = f"{where}: the unit of the wavelengths is not stated: {low:g} to {high:g} are taken for {assumed}"
+        text = (
+            f"{where}: the unit of the wavelengths is not stated: {low:g} to {high:g} are taken for {assumed}"
+        )
         warnings.warn(text, ApproximationWarning, stacklevel=5)
         return values * _IN_NM[assumed]
     raise ImageError(
@@ -195,4 +197,4 @@ def _assumed_unit(values: NDArray[np.float64]) -> str:
     if values.min() > 100:
         return "nm"
     numbered = np.array_equal(np.sort(values), np.arange(len(values)) + 1)
-    return "um" if 0.2 <= values.min() and values.max() <= 20 and not numbered else ""
+    return "um" if values.min() >= 0.2 and values.max() <= 20 and not numbered else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fluorspar.errors import FluorsparError, ImageError, SpectrumError, message
 from fluorspar.spectral.even import check_ascending, even_grid
@@ -69,7 +69,9 @@ class UnevenWavelengths(Wavelengths):
         return f"{self.start:g}-{self.stop:g} nm, {len(self.values)} uneven bands"
 
 
-def grid_through(at: ArrayLike, where: object = None, error: type[FluorsparError] = ImageError) -> Wavelengths:
+def grid_through(
+    at: ArrayLike, where: object = None, error: type[FluorsparError] = ImageError
+) -> Wavelengths:
     """The grid of wavelengths as they are: even but for rounding, else uneven.
 
     Parameters

@@ -133,10 +133,12 @@ class TestOthers:
         with pytest.raises(ImageError, match=f"(?s){name}.*{value}"):
             SpectralImage.open(tmp_path / "a.hdr")
 
-    def test_uneven_wavelengths_are_interpolated_and_said(self, tmp_path):
-        write(tmp_path / "a.hdr", wavelength=[400, 405, 440, 460, 480, 500])
-        with pytest.warns(ApproximationWarning, match="not evenly spaced"):
-            SpectralImage.open(tmp_path / "a.hdr")
+    def test_uneven_wavelengths_are_kept_as_they_are(self, tmp_path):
+        at = [400, 405, 440, 460, 480, 500]
+        write(tmp_path / "a.hdr", wavelength=at)
+        image = SpectralImage.open(tmp_path / "a.hdr")
+        np.testing.assert_array_equal(image.wavelengths.values, at)
+        np.testing.assert_array_equal(image.total(), CUBE)
 
     @pytest.mark.parametrize("suffix", ["", ".dat", ".IMG", ".bsq"])
     def test_data_of_any_usual_name(self, tmp_path, suffix):

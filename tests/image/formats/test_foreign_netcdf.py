@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fluorspar.errors import ImageError
+from fluorspar.errors import ApproximationWarning, ImageError
 from fluorspar.image.components import TOTAL
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -75,14 +75,23 @@ class TestNumbers:
 
 
 class TestWavelengths:
-    @pytest.mark.parametrize(("unit", "factor"), [("um", 1e-3), ("micrometer", 1e-3), (None, 1.0)])
+    @pytest.mark.parametrize(("unit", "factor"), [("um", 1e-3), ("micrometer", 1e-3)])
     def test_of_other_units_become_nm(self, tmp_path, unit, factor):
         write(tmp_path / "a.nc", at=AT * factor, at_unit=unit)
         with SpectralImage.open(tmp_path / "a.nc") as image:
             assert image.wavelengths == Wavelengths(400, 600, 50)
             assert image.total().wavelength.attrs["units"] == "nm"
 
-    @pytest.mark.parametrize(("unit", "at"), [("cm-1", AT), (None, AT / 1000)])
+    @pytest.mark.parametrize(("factor", "unit"), [(1.0, "nm"), (1e-3, "um")])
+    def test_of_no_unit_are_taken_for_what_they_must_be_and_this_is_said(self, tmp_path, factor, unit):
+        write(tmp_path / "a.nc", at=AT * factor, at_unit=None)
+        with (
+            pytest.warns(ApproximationWarning, match=f"not stated: .* are taken for {unit}"),
+            SpectralImage.open(tmp_path / "a.nc") as image,
+        ):
+            assert image.wavelengths == Wavelengths(400, 600, 50)
+
+    @pytest.mark.parametrize(("unit", "at"), [("cm-1", AT), (None, AT / 1e6), (None, np.arange(1.0, 6))])
     def test_of_an_unknown_unit_are_refused(self, tmp_path, unit, at):
         write(tmp_path / "a.nc", at=at, at_unit=unit)
         with pytest.raises(ImageError, match=r"(?s)unit of the wavelengths is not known.*a\.nc.*'units'"):
@@ -95,8 +104,9 @@ class TestWavelengths:
 
     def test_uneven(self, tmp_path):
         write(tmp_path / "a.nc", at=[400, 460, 500, 550, 600])
-        with pytest.raises(ImageError, match="not evenly spaced"):
-            SpectralImage.open(tmp_path / "a.nc")
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            np.testing.assert_array_equal(image.wavelengths.values, [400, 460, 500, 550, 600])
+            np.testing.assert_array_equal(image.total(), RADIANCE[0].astype(np.float32))
 
 
 class TestUnits:

@@ -158,8 +158,14 @@ def _numbers_of(header: dict[str, Any], path: Path) -> NDArray[np.float32]:
     dtype, offset, sizes, order = layout_of(header, path)
     source = data_file(path)
     if source is None:
-        expected = f"{path.with_suffix('.img')}, or another usual name"
-        raise ImageError(message("the data of the ENVI header are missing", where=path, expected=expected))
+        raise ImageError(
+            message(
+                "the ENVI file is not readable",
+                where=path,
+                got="a header without data",
+                expected=f"the data beside it, {path.stem}.img or of another usual name",
+            )
+        )
     rows, columns, bands = sizes
     expected, held = offset + math.prod(sizes) * dtype.itemsize, os.path.getsize(source)
     if held < expected:

@@ -193,7 +193,8 @@ def layout_of(
     from spectral.io import envi
 
     if "library" in str(header.get("file type", "")).lower():
-        raise _unusable("file type", header, path, "an image, not a spectral library")
+        fault, got = "the ENVI file is a spectral library, not an image", f"{header.get('lines')} spectra"
+        raise ImageError(message(fault, where=path, got=got, fix="give an image"))
     if str(header.get("file compression", "0")) != "0":
         raise _unusable("file compression", header, path, "0: uncompressed data")
     interleave = str(header.get("interleave", "")).lower()
@@ -221,7 +222,7 @@ def layout_of(
         raise _unusable("data type", header, path, ", ".join(envi.envi_to_dtype))
     dtype = np.dtype(envi.envi_to_dtype[kind]).newbyteorder(">" if order == "1" else "<")
     if dtype.kind == "c":
-        raise _unusable("data type", header, path, "real numbers, not complex numbers")
+        raise ImageError(message("the ENVI file holds complex numbers", where=path, expected="real ones"))
     for name in ("major frame offsets", "minor frame offsets"):
         if any(str(skipped) != "0" for skipped in np.atleast_1d(header.get(name, "0"))):
             raise _unusable(name, header, path, "0")
@@ -233,7 +234,9 @@ def _unusable(name: str, header: dict[str, Any], path: Path, expected: str) -> I
     got = repr(header[name]) if name in header else "no such line"
     fix = "mend the header"
     return ImageError(
-        message(f"the '{name}' of the ENVI header is not usable", where=path, got=got, expected=expected, fix=fix)
+        message(
+            f"the '{name}' of the ENVI header is not usable", where=path, got=got, expected=expected, fix=fix
+        )
     )
 
 

@@ -21,7 +21,19 @@ __all__ = ["normalised"]
 
 _WAVELENGTHS = ("wavelength", "wavelengths", "wl", "lambda", "wave", "bands", "band")
 _ROWS = ("y", "row", "rows", "line", "lines", "height", "lat", "latitude", "northing")
-_COLUMNS = ("x", "column", "columns", "col", "cols", "sample", "samples", "width", "lon", "longitude", "easting")
+_COLUMNS = (
+    "x",
+    "column",
+    "columns",
+    "col",
+    "cols",
+    "sample",
+    "samples",
+    "width",
+    "lon",
+    "longitude",
+    "easting",
+)
 _PACKED = ("scale_factor", "add_offset", "missing_value", "_Unsigned")
 
 
@@ -94,7 +106,9 @@ def _relabelled(dataset: xr.Dataset, path: Path) -> xr.Dataset:
     pixels = [dim for dim in dataset["radiance"].dims if dim not in (bands, "component")]
     rows, columns = _rows_and_columns([str(dim) for dim in pixels], path)
     values = dataset[at].variable
-    dataset = dataset.drop_vars([each for each in dataset.coords if each != "component"] + [at], errors="ignore")
+    dataset = dataset.drop_vars(
+        [each for each in dataset.coords if each != "component"] + [at], errors="ignore"
+    )
     names = {rows: "y", columns: "x", bands: "wavelength"}
     dataset = dataset.rename_dims({old: new for old, new in names.items() if old != new})
     dataset = dataset.assign_coords(wavelength=("wavelength", values.values, values.attrs))
@@ -110,7 +124,9 @@ def _relabelled(dataset: xr.Dataset, path: Path) -> xr.Dataset:
 def _image_in(dataset: xr.Dataset) -> str | None:
     """The variable that is the image: radiance, or else the only one of three dimensions."""
     if "radiance" in dataset:
-        return "radiance" if dataset["radiance"].ndim == 3 + ("component" in dataset["radiance"].dims) else None
+        return (
+            "radiance" if dataset["radiance"].ndim == 3 + ("component" in dataset["radiance"].dims) else None
+        )
     cubes = [str(name) for name, values in dataset.data_vars.items() if values.ndim == 3]
     return cubes[0] if len(cubes) == 1 and dataset[cubes[0]].dtype.kind in "fiu" else None
 
@@ -118,7 +134,7 @@ def _image_in(dataset: xr.Dataset) -> str | None:
 def _rows_and_columns(dims: list[str], path: Path) -> tuple[str, str]:
     """Which of two dimensions are the rows and the columns; if their names do not say it, rows come first."""
     first, second = (dim.lower() for dim in dims)
-    if first in _COLUMNS and second not in _COLUMNS or second in _ROWS and first not in _ROWS:
+    if (first in _COLUMNS and second not in _COLUMNS) or (second in _ROWS and first not in _ROWS):
         return dims[1], dims[0]
     if first not in _ROWS and second not in _COLUMNS:
         text = f"{path}: {dims[0]} is taken for the rows and {dims[1]} for the columns of the image"

@@ -120,7 +120,7 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     except Exception as err:  # of a damaged file, three libraries may raise anything
         if dataset is not None:
             dataset.close()
-        if isinstance(err, FluorsparError):
+        if isinstance(err, FluorsparError | Warning):
             raise
         said = str(err).splitlines()[0] if str(err) else type(err).__name__
         raise ImageError(
