@@ -226,7 +226,7 @@ class TestWrongData:
             (lambda d: d.transpose("y", "x", "component", "wavelength"), "the dims"),
             (lambda d: d.drop_vars("wavelength"), "no coordinate 'wavelength'"),
             (lambda d: d.isel(component=slice(None, None, -1)), "its components are reexcitation"),
-            (lambda d: d.isel(wavelength=[0, 1, 5]), "not evenly spaced"),
+            (lambda d: d.isel(wavelength=[0, 5, 1]), "wavelengths do not ascend"),
         ],
     )
     def test_another_layout_is_an_error_that_names_the_difference(self, image, change, problem):

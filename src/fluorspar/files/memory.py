@@ -57,8 +57,8 @@ def check_memory(needed: int, where: object, what: str) -> None:
             message(
                 "the image does not fit into memory",
                 where=where,
-                got=f"{what}: {needed / 1e9:,.4g} GB",
-                expected=f"at most {free / 1e9:.4g} GB, which are free here",
+                got=f"{what}: {needed / 1e9:,.0f} GB",
+                expected=f"at most {free / 1e9:.3g} GB, which are free here",
                 fix="write the file again if its size is wrong; else use a part of it, or a computer with more memory",
             )
         )

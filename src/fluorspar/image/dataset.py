@@ -259,10 +259,9 @@ def load(dataset: xr.Dataset) -> xr.Dataset:
         return dataset.load()
 
 
-def _check_size(dataset: xr.Dataset, needed: int) -> None:
-    sizes = dataset.sizes
-    what = f"{sizes['x']} x {sizes['y']} pixels, {sizes['component']} components, {sizes['wavelength']} bands"
-    check_memory(needed, dataset.encoding.get("source"), what)
+def _check_size(dataset: xr.Dataset, needed: int, what: str = "spectra") -> None:
+    size = f"{dataset.sizes['x']} x {dataset.sizes['y']} pixels"
+    check_memory(needed, dataset.encoding.get("source"), f"{what} of {size}")
 
 
 def values_of(
@@ -338,7 +337,8 @@ def row_blocks(dataset: xr.Dataset) -> Iterator[slice]:
     ImageError
         If not even three numbers a pixel would fit into memory: no image is that large, its file is damaged.
     """
-    _check_size(dataset, 3 * 8 * dataset.sizes["y"] * dataset.sizes["x"])
+    pixels = dataset.sizes["y"] * dataset.sizes["x"]
+    _check_size(dataset, 3 * 8 * pixels, "three numbers a pixel")
     return _row_blocks(dataset)
 
 

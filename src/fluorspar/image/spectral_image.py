@@ -153,13 +153,15 @@ class SpectralImage:
 
         return cls(read_image(path, channel_wavelengths))
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, compress: bool = False) -> None:
         """Write the image: `.nc` and `.exr` without loss, the total to `.hdr` (ENVI), its picture to `.png`.
 
         Parameters
         ----------
         path : str or path-like
             The file to be written or replaced; its suffix picks the format.
+        compress : bool
+            Pack a NetCDF file without loss: less than half the size, but written about ten times as slowly.
 
         Raises
         ------
@@ -178,7 +180,7 @@ class SpectralImage:
         """
         from fluorspar.image.formats.registry import write_image
 
-        write_image(self.dataset, path)
+        write_image(self.dataset, path, compress)
 
     def load(self) -> SpectralImage:
         """Read all of the image into memory; return it.

@@ -71,7 +71,7 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         fix = "name another file, or remove that one"
         raise ImageError(message(fault, where=path, got=data, fix=fix))
     names = names_of(dataset)
-    with replacing(data, count) as new_data, replacing(header) as new_header, undisturbed():
+    with undisturbed(), replacing(data, count) as new_data, replacing(header) as new_header:
         values = np.asarray(add_up(dataset, select(None, names)), "<f4")
         with new_data.open("wb") as stream:
             stream.writelines(row.data for row in values)  # numpy's own way does not tell why it fails

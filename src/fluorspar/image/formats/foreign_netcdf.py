@@ -64,7 +64,7 @@ def normalised(dataset: xr.Dataset, path: Path) -> xr.Dataset:
     if "radiance" not in dataset or dataset["radiance"].dims != DIMS:
         dataset = _relabelled(dataset, path)
     left_out = [str(name) for name in dataset.data_vars if name not in VARIABLES]
-    if left_out:
+    if left_out and "radiance" in dataset:
         text = f"{path}: not read: {', '.join(left_out)}"
         warnings.warn(text, ApproximationWarning, stacklevel=4)
     if any(_is_packed(dataset[name]) for name in VARIABLES if name in dataset):

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["NetcdfWriter", "read_netcdf", "write_netcdf"]
 
 
-def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
+def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], compress: bool = False) -> None:
     """Write a spectral image to a NetCDF file, without loss.
 
     Parameters
@@ -36,6 +36,8 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         A spectral image; it may be larger than memory.
     path : str or path-like
         The file to be written or replaced.
+    compress : bool
+        Pack the numbers without loss: less than half the size, but written about ten times as slowly.
 
     Raises
     ------
@@ -58,8 +60,8 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     shape = (dataset.sizes["y"], dataset.sizes["x"])
     attrs = plain_attrs(dataset.attrs)
     size = sum(4 * dataset[name].size for name in present)
-    with replacing(path, size) as temporary, PatientFile(temporary) as stream:
-        with create(stream, grid_of(dataset), names_of(dataset), *shape, present, attrs) as file:
+    with replacing(path, 0 if compress else size) as temporary, PatientFile(temporary) as stream:
+        with create(stream, grid_of(dataset), names_of(dataset), *shape, present, attrs, compress) as file:
             for rows in row_blocks(dataset):
                 for name in present:
                     if "component" in VARIABLES[name][1]:

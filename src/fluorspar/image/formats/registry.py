@@ -79,12 +79,21 @@ def read_image(
     return cast("xr.Dataset", FORMATS[suffix].read(path, channel_wavelengths))
 
 
-def write_image(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
+def write_image(dataset: xr.Dataset, path: str | os.PathLike[str], compress: bool = False) -> None:
     """Write an image file in the format that its suffix says, as `SpectralImage.save` does.
 
     Raises
     ------
     ImageError
         If the suffix is none of `SUFFIXES_WRITTEN`, or the file cannot be written.
+    OptionError
+        If a format is to be compressed that is not.
     """
-    FORMATS[suffix_among(path, SUFFIXES_WRITTEN, "written to")].write(dataset, path)
+    suffix = suffix_among(path, SUFFIXES_WRITTEN, "written to")
+    if not compress:
+        FORMATS[suffix].write(dataset, path)
+    elif suffix == ".nc":
+        FORMATS[suffix].write(dataset, path, compress)
+    else:
+        fault = "only NetCDF has a choice of being compressed"
+        raise OptionError(message(fault, got=path, expected="a name that ends in .nc"))
