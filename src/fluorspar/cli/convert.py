@@ -9,7 +9,7 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.options import white_of
-from fluorspar.cli.outputs import say_written, warn_of_envi
+from fluorspar.cli.outputs import say_written, warn_of_envi, writing
 from fluorspar.image.formats.registry import SUFFIXES, SUFFIXES_WRITTEN
 
 __all__ = ["convert"]
@@ -97,7 +97,7 @@ def convert(
     channels = None if channel_wavelengths is None else _wavelengths_of(channel_wavelengths)
     with (
         SpectralImage.open(source, channel_wavelengths=channels) as image,
-        console.err.status(f"writing {text_of(target)}"),
+        writing(target),
     ):
         result = converted(image, "total" if total else component, grid, bandwidth)
         if ASSUMED in str(result.attrs.get("converted", "")) and ASSUMED not in str(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from fluorspar.cli import console
@@ -10,7 +11,7 @@ from fluorspar.cli.targets import stream_target
 from fluorspar.files.names import text_of
 from fluorspar.image.spectral_image import SpectralImage
 
-__all__ = ["print_timings", "say_written", "warn_of_envi", "write_outputs"]
+__all__ = ["print_timings", "say_written", "warn_of_envi", "write_outputs", "writing"]
 
 _LARGE = 200e6
 
@@ -23,16 +24,23 @@ def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path 
     streamed = stream_target(outputs)
     for path in outputs:
         if path != streamed:
-            with console.err.status(f"writing {path}"):
+            with writing(path):
                 image.save(path)
             warn_of_envi(image, path)
         say_written(path)
     if pictures is not None:
-        with console.err.status(f"writing pictures into {pictures}"):
+        with writing(pictures):
             write_pictures(image.dataset, pictures)
         console.out.print(
-            f"wrote a picture of every component into {pictures}", markup=False, highlight=False
+            f"wrote a picture of every component into {text_of(pictures)}", markup=False, highlight=False
         )
+
+
+def writing(path: Path) -> AbstractContextManager[object]:
+    """Show, on a terminal, that a file is being written."""
+    from rich.text import Text
+
+    return console.err.status(Text(f"writing {text_of(path)}"))
 
 
 def warn_of_envi(image: SpectralImage, path: Path) -> None:

@@ -33,7 +33,7 @@ from fluorspar.spectral.uneven import grid_through
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["data_file", "read_envi", "write_envi"]
+__all__ = ["check_data_target", "data_file", "read_envi", "write_envi"]
 
 
 def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
@@ -64,12 +64,8 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     """
     from spectral.io import envi
 
-    header, count = check_target(path), 4 * dataset["radiance"][0].size
-    data = check_target(header.with_suffix(".img"), count)
-    if data.exists() and not header.exists():
-        fault = "the data of the ENVI file would replace a file that is no part of it"
-        fix = "name another file, or remove that one"
-        raise ImageError(message(fault, where=path, got=data, fix=fix))
+    header = check_target(path)
+    data = check_data_target(path, count := 4 * dataset["radiance"][0].size)
     names = names_of(dataset)
     with undisturbed(), replacing(data, count) as new_data, replacing(header) as new_header:
         values = np.asarray(add_up(dataset, select(None, names)), "<f4")
@@ -79,6 +75,23 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         envi.write_envi_header(
             str(new_header), layout | header_of(dataset.attrs | sum_of(names), grid_of(dataset))
         )
+
+
+def check_data_target(header: str | os.PathLike[str], size: int = 0) -> Path:
+    """Find out before any work whether the data of an ENVI header can be written beside it; return their file.
+
+    Raises
+    ------
+    ImageError
+        If they cannot, or a file of that name has no header, so that it is another one.
+    """
+    header = Path(header)
+    data = check_target(header.with_suffix(".img"), size)
+    if data.exists() and not header.exists():
+        fault = "the data of the ENVI file would replace a file that is no part of it"
+        fix = "name another file, or remove that one"
+        raise ImageError(message(fault, where=header, got=data, fix=fix))
+    return data
 
 
 def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -178,6 +191,11 @@ def _numbers_of(header: dict[str, Any], path: Path) -> NDArray[np.float32]:
                 fix="write or copy it again",
             )
         )
+    unread = [f"the last {held - expected} bytes of its data"] * (held > expected)
+    unread += [f"the field '{name}'" for name in header if name.endswith(("gain values", "offset values"))]
+    if unread:
+        text = f"{path}: not used: {', '.join(unread)}"
+        warnings.warn(text, ApproximationWarning, stacklevel=5)
     check_memory(4 * math.prod(sizes), source, f"{columns} x {rows} pixels, {bands} bands")
     stored = np.memmap(source, dtype, "r", offset, tuple(sizes[axis] for axis in order))
     values = np.array(stored.transpose(np.argsort(order)), np.float32, order="C")
