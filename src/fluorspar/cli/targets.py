@@ -8,7 +8,6 @@ from pathlib import Path
 from fluorspar.bispectral.files.registry import SUFFIXES_WRITTEN
 from fluorspar.errors import OptionError, message
 from fluorspar.files.writing import check_not_input, check_target
-from fluorspar.image.formats.envi import check_data_target
 
 __all__ = [
     "FIGURES",
@@ -43,7 +42,7 @@ def check_files(
     OptionError
         If a suffix is none of those known, a file is named twice, or is one that is read.
     ImageError
-        If a folder does not exist or may not be written to, or the data of an ENVI file would replace another file.
+        If a folder does not exist or may not be written to.
 
     Examples
     --------
@@ -53,8 +52,6 @@ def check_files(
         check_suffix(path, suffixes, "--output")
         check_target(path)
         check_not_input(path, *inputs)
-        if path.suffix.lower() == ".hdr":
-            check_data_target(path)
     if len({path.resolve() for path in paths}) < len(paths):
         fault, got = "a file is to be written twice", ", ".join(map(str, paths))
         raise OptionError(message(fault, where="--output", got=got, fix="name each file once"))

@@ -78,7 +78,7 @@ def observer_weights(grid: Wavelengths, observer: str = CIE_1931) -> Array:
         halves = np.diff(nodes) / 2
         widths = np.append(halves, 0.0) + np.insert(halves, 0, 0.0)  # the trapezoid rule
         on_nodes = band_weights(grid.values, nodes) * widths[:, np.newaxis]
-        weights = K_M * on_nodes.T @ _between(at, cmfs, nodes)
+        weights = np.asarray(K_M * on_nodes.T @ _between(at, cmfs, nodes))
     else:
         weights = K_M * grid.step * _between(at, cmfs, grid.values)
     weights.flags.writeable = False

@@ -43,7 +43,7 @@ class UnevenWavelengths(Wavelengths):
             object.__setattr__(self, name, value)
 
     @property
-    def step(self) -> NoReturn:  # type: ignore[override]
+    def step(self) -> NoReturn:
         """There is none."""
         start, stop = np.ceil(self.start / 5) * 5, np.floor(self.stop / 5) * 5
         raise SpectrumError(
