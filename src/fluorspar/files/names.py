@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from fluorspar.errors import ImageError, message
 
-__all__ = ["check_source", "text_of"]
+__all__ = ["check_source", "encodable", "text_of"]
 
 
 def text_of(path: str | os.PathLike[str]) -> str:
@@ -43,8 +46,36 @@ def check_source(path: str | os.PathLike[str]) -> Path:
       where:    no-such-file.nc
     """
     path = Path(path)
-    if path.is_dir():
+    try:
+        folder, file = path.is_dir(), path.is_file()
+    except OSError as err:
+        raise ImageError(message("the image file cannot be read", where=path, got=err.strerror)) from err
+    if folder:
         raise ImageError(message("the image file is a directory", where=path, fix="name a file in it"))
-    if not path.is_file():
+    if not file:
         raise ImageError(message("the image file does not exist", where=path))
     return path
+
+
+@contextmanager
+def encodable(path: Path) -> Iterator[str]:
+    """Give a name of a file in UTF-8, for libraries that take no other; its folder gets another name meanwhile.
+
+    Parameters
+    ----------
+    path : Path
+        Names may be any bytes.
+
+    Examples
+    --------
+    >>> with encodable(Path("room.exr")) as name:
+    ...     print(name)
+    room.exr
+    """
+    if text_of(path) == str(path):
+        yield str(path)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        link = Path(folder) / "file"
+        link.symlink_to(path.absolute())
+        yield str(link)
