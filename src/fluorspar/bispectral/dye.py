@@ -153,8 +153,8 @@ def read_dye(
     excitation, emission : str or Path
         Tables (`.csv`, `.spd`, `.txt`): wavelength in nm, value. Of several columns the one is taken whose heading says
         excitation (or absorption) and emission, so both may be one file; `FILE:COLUMN` names another. A line
-        `# units: photon` or `# units: energy` says what is counted; the two files may differ. An absorption is a share of
-        the light, in either unit.
+        `# units: photon` or `# units: energy` says what is counted; the two files may differ. An absorption is a share
+        of the light, in either unit.
     quantum_yield : float
         Photons given out per photon absorbed, 0 to 1.
     strength : float

@@ -1,4 +1,4 @@
-"""Curves over wavelength in tables of any layout: which column is the wavelength, which one is meant, in which units."""
+"""Curves over wavelength in tables of any layout: which column is the wavelength, which is meant, in which units."""
 
 from __future__ import annotations
 
@@ -131,7 +131,9 @@ def _chosen(columns: Sequence[int], headings: Sequence[str], wanted: str, role: 
     if wanted:
         same = [k for k in columns if headings[k].casefold() == wanted.casefold()]
         found = same or [k for k in columns if wanted.casefold() in headings[k].casefold()]
-    elif not role or (len(columns) == 1 and not any(says(headings[columns[0]], other) for other in _OTHERS[role])):
+    elif not role or (
+        len(columns) == 1 and not any(says(headings[columns[0]], other) for other in _OTHERS[role])
+    ):
         found = list(columns)
     else:
         found = [k for k in columns if says(headings[k], role)]

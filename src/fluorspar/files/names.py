@@ -11,7 +11,9 @@ __all__ = ["check_source", "file_and_column", "text_of"]
 
 
 def file_and_column(path: str | os.PathLike[str]) -> tuple[Path, str]:
-    """Split `lamp.csv:second` into the file and the name of a column in it; a file that has a colon in its name is whole.
+    """Split `lamp.csv:second` into the file and the name of a column in it.
+
+    A file that exists by the whole name is that file.
 
     Examples
     --------

@@ -178,9 +178,9 @@ def parse_table(
     """Parse the text of a table; see `read_table`.
 
     Cells are separated by tabs, semicolons, commas or blanks; a decimal comma is understood where commas do not
-    separate. Lines that begin with # are comments. The table is what stands from the first to the last line that
-    begins with a number and has nothing else in its cells; the line above it is the header if it has as many cells. Text
-    further up and below, which instruments write around their tables, is passed over.
+    separate. Lines that begin with # are comments. The table is what stands from the first to the last line of numbers;
+    the line above it is the header if it has as many cells, and the one above that, too, where the names are not
+    enough. Text further up and below, which instruments write around their tables, is passed over.
 
     Where rows have names, these may begin with # and hold blanks: the first line that is no comment is the header, all
     lines below it are rows, none of them comments, and a tab separates cells, empty ones too.
@@ -229,7 +229,10 @@ def table_of_lines(
         Of class `error`, if there are no rows, a row has too few or too many cells, or a column has no name.
     """
     if len(lines) <= has_header:
-        fault, expected = "the file holds no rows of numbers", "lines such as '400, 0.5': a wavelength, then values"
+        fault, expected = (
+            "the file holds no rows of numbers",
+            "lines such as '400, 0.5': a wavelength, then values",
+        )
         fix = "export it as a table; an empty file or a header alone is none"
         raise error(message(fault, where=where, expected=expected, fix=fix))
     width = len(lines[0][1])

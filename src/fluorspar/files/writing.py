@@ -83,7 +83,8 @@ def check_not_input(
     target : str or path-like
         The file to be written.
     *inputs : str or path-like or None
-        The files that are read, perhaps with a column (see `file_and_column`). What names no file, such as a material of the library, does not count.
+        The files that are read, perhaps with a column (see `file_and_column`). What names no file, such as a material
+        of the library, does not count.
     fault : str
         What to call it.
 

@@ -100,14 +100,17 @@ def _without_noise(lamp: Spectrum) -> Spectrum:
         return lamp
     where = f"{lamp.title}, {lamp.wavelengths[lamp.values.argmin()]:g} nm"
     if lowest < -_NOISE * highest:
-        got, expected = f"{lowest:g}", f"0 or more; down to {-_NOISE * highest:.3g}, 2 % of the peak, passes for noise"
+        got, expected = (
+            f"{lowest:g}",
+            f"0 or more; down to {-_NOISE * highest:.3g}, 2 % of the peak, passes for noise",
+        )
         fix = "subtract the dark signal of the spectrometer, or cut off wavelengths without light"
         raise SpectrumError(message("a light is negative", where=where, got=got, expected=expected, fix=fix))
     light = replace(lamp, values=np.maximum(lamp.values, 0.0))
     added = 1 - lamp.integral() / light.integral()
     text = (
         f"{lamp.title}: {np.count_nonzero(lamp.values < 0)} negative values, down to {lowest:.3g} "
-        f"({-100 * lowest / highest:.1g} % of the peak), are set to 0: noise; that adds {100 * added:.1g} % to its light"
+        f"({-100 * lowest / highest:.1g} % of the peak), are set to 0: noise; that adds {100 * added:.1g} % of light"
     )
     warnings.warn(text, ApproximationWarning, stacklevel=3)
     return light

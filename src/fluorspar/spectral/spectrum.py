@@ -245,8 +245,8 @@ def read_spectrum(path: str | Path, name: str = "", role: Role = "") -> Spectrum
 
     Columns are separated by tabs, semicolons, commas or blanks: the wavelength in nm, ascending or descending, and
     values. Text above and below the numbers, as instruments write it, and lines that begin with `#` are passed over; a
-    comment `# assumed: ...` becomes `Spectrum.assumed`. Empty cells were not measured. A heading with "%" makes fractions
-    of percent, one with "um" nanometres of micrometres.
+    comment `# assumed: ...` becomes `Spectrum.assumed`. Empty cells were not measured. Values under a heading with "%"
+    are percent, wavelengths under one with "um" micrometres.
 
     Parameters
     ----------

@@ -23,8 +23,8 @@ def on_common_step(
 ) -> tuple[Array, Array, Array]:
     """Interpolate a matrix to one step for both wavelengths, unchanged if it has one.
 
-    The step is the smaller of the two (of their medians), or 5 nm if that is less. D_L is interpolated linearly, on either
-    side of the diagonal by itself: up to the diagonal it continues straight on. S is interpolated by itself.
+    The step is the smaller of the two (of their medians), or 5 nm if that is less. D_L is interpolated linearly, on
+    either side of the diagonal by itself: up to the diagonal it continues straight on. S is interpolated by itself.
 
     Parameters
     ----------

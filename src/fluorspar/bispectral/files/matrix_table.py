@@ -1,4 +1,4 @@
-"""Tables of a matrix over emission and excitation: wide, either way round, with a spectrum per pair of columns, or long."""
+"""Tables of a matrix over emission and excitation: wide, either way round, in pairs of columns, or long."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def matrix_of_table(table: Table) -> tuple[Array, Array, Array]:
     Parameters
     ----------
     table : Table
-        Wide: its first column holds emission, its header excitation wavelengths in nm. The other way round if the corner
-        or a line `# rows: excitation` says so, or if columns reach further to the red than rows and hold more light on
-        the side of shorter wavelengths. A heading may be a sample that says the wavelength ("Paint_EX_350.00"), beside
+        Wide: its first column holds emission, its header excitation wavelengths in nm. The other way round if the
+        corner or a line `# rows: excitation` says so, or if columns reach further to the red than rows and hold more
+        light on the side of shorter wavelengths. A heading may be a sample that says the wavelength ("Paint_EX_350.00"), beside
         a column of wavelengths each. Long: three columns, whose headings say excitation and emission.
 
     Returns
@@ -43,8 +43,8 @@ def matrix_of_table(table: Table) -> tuple[Array, Array, Array]:
     Raises
     ------
     FluorsparError
-        Of the class of the table, if a wavelength or cell is not a finite number, wavelengths neither ascend nor descend,
-        the header does not name every column, or a cell on or below the diagonal is empty.
+        Of the class of the table, if a wavelength or cell is not a finite number, wavelengths neither ascend nor
+        descend, the header does not name every column, or a cell on or below the diagonal is empty.
 
     Warns
     -----
@@ -82,7 +82,10 @@ def _is_long(table: Table) -> bool:
 
 def _gathered(table: Table, values: Array) -> tuple[Array, Array, Array]:
     """Put the rows of a long table into a matrix; cells without a row are nan."""
-    named = {what: [k for k, cell in enumerate(table.header) if says(cell, what)] for what in ("excitation", "emission")}
+    named = {
+        what: [k for k, cell in enumerate(table.header) if says(cell, what)]
+        for what in ("excitation", "emission")
+    }
     if [len(found) for found in named.values()] != [1, 1] or named["excitation"] == named["emission"]:
         fault, expected = "the columns of a long table are not named", "excitation, emission and a value"
         fix = "write such a header, for example 'excitation,emission,value'"
@@ -93,14 +96,20 @@ def _gathered(table: Table, values: Array) -> tuple[Array, Array, Array]:
         if not np.all(np.isfinite(row)):
             at = int(np.argmin(np.isfinite(row)))
             where = f"{table.where}, line {line}, cell {at + 1}"
-            fault, fix = "a matrix holds a value that is not a finite number", "measure it, or delete the line"
+            fault, fix = (
+                "a matrix holds a value that is not a finite number",
+                "measure it, or delete the line",
+            )
             raise table.error(message(fault, where=where, got=repr(cells[at]), fix=fix))
     emission, i = np.unique(values[:, em], return_inverse=True)
     excitation, j = np.unique(values[:, ex], return_inverse=True)
     matrix = np.full((len(emission), len(excitation)), np.nan)
     for line, a, b, value in zip(table.lines[1:], i, j, values[:, 3 - ex - em], strict=True):
         if np.isfinite(matrix[a, b]):
-            got, fix = f"emission {emission[a]:g} nm, excitation {excitation[b]:g} nm", "remove one of the lines"
+            got, fix = (
+                f"emission {emission[a]:g} nm, excitation {excitation[b]:g} nm",
+                "remove one of the lines",
+            )
             where = f"{table.where}, line {line}"
             raise table.error(message("a cell of a matrix occurs twice", where=where, got=got, fix=fix))
         matrix[a, b] = value
@@ -109,21 +118,31 @@ def _gathered(table: Table, values: Array) -> tuple[Array, Array, Array]:
 
 def _columns(table: Table, values: Array) -> tuple[Array, list[int]]:
     """Wavelengths that a header names, and in which columns of the table their cells stand."""
-    axes = [k for k, cell in enumerate(table.header) if k and is_wavelength(cell) and _wavelength(cell) is None]
+    axes = [
+        k for k, cell in enumerate(table.header) if k and is_wavelength(cell) and _wavelength(cell) is None
+    ]
     axes = [k for k in axes if np.array_equal(values[:, k], values[:, 0], equal_nan=True)]
     if not axes:
-        axes = [k for k, cell in enumerate(table.header) if k and _EXCITED.search(cell) and is_wavelength(cell)]
+        axes = [
+            k for k, cell in enumerate(table.header) if k and _EXCITED.search(cell) and is_wavelength(cell)
+        ]
     places = [k for k in range(1, values.shape[1]) if k not in axes]
     if not table.header or len(places) < 2:
         fault, fix = "the header of a matrix does not name every column", "name each excitation wavelength"
-        got, expected = f"{max(len(table.header) - 1, 0)} wavelengths", f"{len(places)}, two or more"
+        got = f"{max(len(table.header) - 1, 0)} wavelengths for {len(places)} columns of cells"
+        expected = "a wavelength for each of two or more columns"
         raise table.error(message(fault, where=table.where, got=got, expected=expected, fix=fix))
     wavelengths = []
     for place in places:
         if (wavelength := _wavelength(table.header[place])) is None or not np.isfinite(wavelength):
-            fault, fix = "the header of a matrix holds what is not a wavelength", "name each excitation wavelength"
+            fault, fix = (
+                "the header of a matrix holds what is not a wavelength",
+                "name each excitation wavelength",
+            )
             where = f"{table.where}, line {table.lines[0]}, header, cell {place + 1}"
-            raise table.error(message(fault, where=where, got=repr(table.header[place]), expected="nm", fix=fix))
+            raise table.error(
+                message(fault, where=where, got=repr(table.header[place]), expected="nm", fix=fix)
+            )
         wavelengths.append(wavelength)
     return np.array(wavelengths), places
 
@@ -161,7 +180,10 @@ def _check_order(table: Table, what: str, wavelengths: Array, places: Sequence[s
 
 
 def _has_excitation_rows(table: Table, rows: Array, columns: Array, cells: Array) -> bool:
-    stated = [*re.findall("[a-z]+", table.keys.get("rows", "").lower()), *re.findall("[a-z]+", table.header[0].lower())]
+    stated = [
+        *re.findall("[a-z]+", table.keys.get("rows", "").lower()),
+        *re.findall("[a-z]+", table.header[0].lower()),
+    ]
     for word in stated:
         if says(word, "emission") or says(word, "excitation"):
             return says(word, "excitation")
