@@ -12,7 +12,7 @@ from fluorspar.bispectral.dye import Units, dye
 from fluorspar.bispectral.fit.factorise import Problem
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.matrix_noise import MatrixNoise
-from fluorspar.errors import ApproximationWarning, MaterialError, OptionError, message
+from fluorspar.errors import ApproximationWarning, MaterialError, OptionError, SpectrumError, message
 from fluorspar.spectral.spectrum import Spectrum, SpectrumLike, as_spectrum, check_reflectance
 
 __all__ = ["Eem", "material_from_eem"]
@@ -49,8 +49,8 @@ class Eem:
 
     Examples
     --------
-    >>> Eem([500, 520], [350, 450, 470], np.ones((2, 3))).usable(scatter=15.0).sum()
-    6
+    >>> Eem([500, 520], [350, 450, 470], np.ones((2, 3))).usable(scatter=15.0)[1]  # Raman scatter of 450 nm: 531 nm
+    array([ True, False,  True])
     """
 
     emission: Array
@@ -166,6 +166,9 @@ def material_from_eem(
         raise OptionError(message(fault, where=title, got=scatter, expected="0 nm or more"))
     counted = _units(eem, units)
     emission, excitation, unexplained = _factors(eem, scatter)
+    if unexplained > _POOR:
+        text = f"{title}: one fluorophore leaves {100 * unexplained:.0f} % of the EEM unexplained; are there several?"
+        warnings.warn(text, ApproximationWarning, stacklevel=2)
     lines = "Rayleigh (also second order) and Raman lines"
     left_out = f"scattered light, within {scatter:g} nm of {lines}, left out of the EEM"
     if reflectance is not None:
@@ -185,9 +188,6 @@ def material_from_eem(
         credit=credit,
         assumed=left_out,
     )
-    if unexplained > _POOR:
-        text = f"{title}: one fluorophore leaves {100 * unexplained:.0f} % of the EEM unexplained; are there several?"
-        warnings.warn(text, ApproximationWarning, stacklevel=2)
     quality = f"one fluorophore leaves {100 * unexplained:.2g} % of the EEM unexplained"
     return replace(material, quality=quality, **({} if reflectance is None else {"reflectance": S}))
 
@@ -227,11 +227,7 @@ def _at(reflectance: Spectrum, peak: float) -> float:
     first, last = reflectance.support
     if first <= peak <= last:
         return reflectance.at(peak)
-    fault, got = (
-        "a reflectance was not measured at the peak of the excitation",
-        f"data for {first:g}-{last:g} nm",
-    )
+    fault = "a reflectance was not measured at the peak of the excitation"
+    got, expected = f"data for {first:g}-{last:g} nm", f"data at {peak:g} nm"
     fix = "give --strength instead: the share of the light absorbed there"
-    raise MaterialError(
-        message(fault, where=reflectance.title, got=got, expected=f"data at {peak:g} nm", fix=fix)
-    )
+    raise SpectrumError(message(fault, where=reflectance.title, got=got, expected=expected, fix=fix))

@@ -272,7 +272,9 @@ def _numeric(lines: Sequence[tuple[int, str]]) -> tuple[list[Line], list[Line]]:
     """Find the table of numbers in a text: its header line, if it has one, and its rows."""
     marks = [mark for mark in "\t;," if any(mark in line for _, line in lines)]
     cuts = {mark: [(at, _split(at, line, mark)) for at, line in lines] for mark in (*marks, None)}
-    mark = max(cuts, key=lambda mark: sum(_is_row(cells) for _, cells in cuts[mark]))
+    counts = {mark: sum(_is_row(cells) for _, cells in cut) for mark, cut in cuts.items()}
+    counts[None] //= 2  # between blanks an empty first cell of a header is not seen
+    mark = max(counts, key=lambda mark: counts[mark])
     cut = cuts[mark]
     widths = Counter(len(cells) for _, cells in cut if _is_row(cells))
     if not widths:

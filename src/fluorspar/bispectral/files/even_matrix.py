@@ -23,7 +23,7 @@ def on_common_step(
 ) -> tuple[Array, Array, Array]:
     """Interpolate a matrix to one step for both wavelengths, unchanged if it has one.
 
-    The step is the smaller of the two (of their medians), or 5 nm if that is less. D_L is interpolated linearly, on
+    The step is the smallest there is, in whole nm, and 5 nm or more. D_L is interpolated linearly, on
     either side of the diagonal by itself: up to the diagonal it continues straight on. S is interpolated by itself.
 
     Parameters
@@ -56,11 +56,11 @@ def on_common_step(
     array([0.5, 0.5, 0.6, 0.7])
     """
     i, j = np.nonzero(np.abs(emission[:, None] - excitation) < _SAME)
-    steps = [float(np.median(np.diff(axis))) for axis in (emission, excitation)]
+    steps = [float(np.diff(axis).min()) for axis in (emission, excitation)]
     even = all(even_grid(axis) is not None for axis in (emission, excitation))
     if len(i) < 2 or (even and abs(steps[0] - steps[1]) < _SAME):
         return emission, excitation, matrix
-    step = max(_FINEST, min(steps))
+    step = max(_FINEST, round(min(steps)))
     em, ex = (_multiples(axis, step, float(emission[i[0]])) for axis in (emission, excitation))
     density = np.zeros((len(em), len(ex)))
     for side in (1, -1):

@@ -29,8 +29,8 @@ def matrix_of_table(table: Table) -> tuple[Array, Array, Array]:
     table : Table
         Wide: its first column holds emission, its header excitation wavelengths in nm. The other way round if the
         corner or a line `# rows: excitation` says so, or if columns reach further to the red than rows and hold more
-        light on the side of shorter wavelengths. A heading may be a sample that says the wavelength ("Paint_EX_350.00"), beside
-        a column of wavelengths each. Long: three columns, whose headings say excitation and emission.
+        light on the side of shorter wavelengths. A heading may be a sample that says the wavelength
+        ("Paint_EX_350.00"), beside a column of wavelengths each. Long: three columns, whose headings say excitation and emission.
 
     Returns
     -------
@@ -54,9 +54,10 @@ def matrix_of_table(table: Table) -> tuple[Array, Array, Array]:
     Examples
     --------
     >>> from fluorspar.files.tables import parse_table
-    >>> matrix_of_table(parse_table("nm,400,410\n400,0.5,0\n410,0.1,0.4", where="sheet.csv"))[1]
+    >>> matrix_of_table(parse_table("nm,400,410\\n400,0.5,0\\n410,0.1,0.4", where="sheet.csv"))[1]
     array([400., 410.])
-    >>> matrix_of_table(parse_table("ex,em,D\n400,400,0.5\n400,410,0.1\n410,410,0.4", where="sheet.csv"))[2]
+    >>> text = "ex,em,D\\n400,400,0.5\\n400,410,0.1\\n410,410,0.4"
+    >>> matrix_of_table(parse_table(text, where="sheet.csv"))[2]
     array([[0.5, 0. ],
            [0.1, 0.4]])
     """
@@ -180,10 +181,8 @@ def _check_order(table: Table, what: str, wavelengths: Array, places: Sequence[s
 
 
 def _has_excitation_rows(table: Table, rows: Array, columns: Array, cells: Array) -> bool:
-    stated = [
-        *re.findall("[a-z]+", table.keys.get("rows", "").lower()),
-        *re.findall("[a-z]+", table.header[0].lower()),
-    ]
+    corner = "" if _EXCITED.search(table.header[0]) else table.header[0]
+    stated = re.findall("[a-z]+", f"{table.keys.get('rows', '')} {corner}".lower())
     for word in stated:
         if says(word, "emission") or says(word, "excitation"):
             return says(word, "excitation")
