@@ -77,7 +77,7 @@ def test_two_dyes_are_noticed() -> None:
     [
         ({}, OptionError, "(?s)not said, or twice.*--strength.*--reflectance"),
         ({"strength": 0.5, "reflectance": 0.5}, OptionError, "not said, or twice"),
-        ({"strength": 0.5, "units": "energy"}, MaterialError, "disagree on its units"),
+        ({"strength": 0.5, "units": "energy"}, MaterialError, r"disagree on its units"),
         ({"strength": 1.5}, MaterialError, "strength of a dye is impossible"),
         ({"strength": 0.5, "quantum_yield": 80}, MaterialError, "quantum yield of a dye is impossible"),
         ({"strength": 0.5, "scatter": 500}, MaterialError, "(?s)no luminescence is left.*--scatter"),
@@ -96,7 +96,7 @@ def test_what_is_refused(options: dict[str, object], error: type[Exception], com
 
 
 def test_units_are_never_guessed() -> None:
-    with pytest.raises(MaterialError, match="(?s)needs its units.*--units"):
+    with pytest.raises(MaterialError, match=r"(?s)needs its units.*--units"):
         material_from_eem(Eem(EM, EX, eem().cells), 0.8, strength=0.5)
 
 

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.bispectral.dye import Units, dye
-from fluorspar.bispectral.fit.factorise import Problem
 from fluorspar.bispectral.material import Material
-from fluorspar.bispectral.matrix_noise import MatrixNoise
 from fluorspar.errors import ApproximationWarning, MaterialError, OptionError, SpectrumError, message
 from fluorspar.spectral.spectrum import Spectrum, SpectrumLike, as_spectrum, check_reflectance
 
@@ -20,9 +18,10 @@ __all__ = ["Eem", "material_from_eem"]
 Array = NDArray[np.float64]
 
 _RAMAN = 3400.0  # 1/cm, the shift of water
-_NOISE = MatrixNoise(
-    white=1e-3, near=1e-3, offset=1e-6, tilt=1e-6, resolution=0.0
-)  # of the peak; no baselines
+_TURNS, _SETTLED = 1000, 1e-7  # of the fit: how many, and the relative change that ends it
+_RIDGE = (
+    1e-4  # of the weight of the best-known value of a spectrum: what hardly any cell says anything about is 0
+)
 _POOR = 0.1  # of the root mean square, unexplained by one dye
 
 
@@ -214,12 +213,23 @@ def _factors(eem: Eem, scatter: float) -> tuple[Array, Array, float]:
         fault, fix = "no luminescence is left beside the scattered light", "give a smaller width (--scatter)"
         got = f"{np.count_nonzero(usable)} cells farther than {scatter:g} nm from it"
         raise MaterialError(message(fault, where=eem.name, got=got, expected="some that are not 0", fix=fix))
-    cells = eem.cells / peak
-    problem = Problem(cells, np.where(usable, 2.0, 0.0), _NOISE)
-    factors = problem.grow(problem.nothing())
-    left = (cells - factors.product)[usable]
-    unexplained = float(np.sqrt(np.mean(left**2) / np.mean(cells[usable] ** 2)))
-    return factors.emission[0], factors.excitation[0], unexplained
+    cells = np.where(usable, eem.cells / peak, 0.0)
+    excitation = np.maximum(cells, 0.0).sum(axis=0)
+    for _ in range(
+        _TURNS
+    ):  # with one of the two held, each value of the other is a least-squares fit by itself
+        before, emission = excitation, _fitted(cells, usable, excitation)
+        excitation = _fitted(cells.T, usable.T, emission)
+        if np.abs(excitation - before).max() < _SETTLED * excitation.max():
+            break
+    left = np.where(usable, cells - np.outer(emission, excitation), 0.0)
+    return emission, excitation, float(np.sqrt(np.sum(left**2) / np.sum(cells**2)))
+
+
+def _fitted(cells: Array, usable: NDArray[np.bool_], other: Array) -> Array:
+    """Values (M,) that times `other` (P,) fit the cells best; 0 where they would be negative or no cell counts."""
+    weight = usable @ other**2
+    return np.asarray(np.maximum(cells @ other, 0.0) / (weight + _RIDGE * weight.max()))
 
 
 def _at(reflectance: Spectrum, peak: float) -> float:

@@ -18,7 +18,7 @@ from fluorspar.files.tables import read_table
 from fluorspar.spectral.colour_science import colour_science
 from fluorspar.spectral.spectrum import SUFFIXES, Spectrum, read_spectrum
 
-__all__ = ["illuminant", "illuminants"]
+__all__ = ["illuminant", "illuminants", "without_noise"]
 
 _NOISE = 0.02  # of the peak of a lamp
 
@@ -74,7 +74,7 @@ def illuminant(name: str) -> Spectrum:
     if wanted in tables:
         return replace(tables[wanted], name=f"illuminant {tables[wanted].name}")
     if file_and_column(name)[0].is_file() or os.sep in name or name.lower().endswith(SUFFIXES):
-        return _without_noise(read_spectrum(name))
+        return _of_file(name)
     names = illuminants()
     close = get_close_matches(name, names, n=3) or get_close_matches(name.upper(), names, n=3)
     fix = f"did you mean {' or '.join(close)}?" if close else ""
@@ -93,19 +93,22 @@ def illuminants() -> list[str]:
     return sorted({*_shipped(), *_colour_science(), "E"}, key=str.casefold)
 
 
-def _without_noise(lamp: Spectrum) -> Spectrum:
-    """Set the noise of a spectrometer to 0 where it is negative."""
+def without_noise(lamp: Spectrum) -> Spectrum:
+    """Set negative values of a light to 0 if they are the noise of a spectrometer: down to 2 % of its peak.
+
+    Warns
+    -----
+    ApproximationWarning
+        If there are such values.
+
+    Examples
+    --------
+    >>> without_noise(Spectrum([400, 500], [-1.0, 1.0])).values
+    array([-1.,  1.])
+    """
     lowest, highest = float(lamp.values.min()), float(lamp.values.max())
-    if lowest >= 0:
+    if lowest >= 0 or lowest < -_NOISE * highest:
         return lamp
-    where = f"{lamp.title}, {lamp.wavelengths[lamp.values.argmin()]:g} nm"
-    if lowest < -_NOISE * highest:
-        got, expected = (
-            f"{lowest:g}",
-            f"0 or more; down to {-_NOISE * highest:.3g}, 2 % of the peak, passes for noise",
-        )
-        fix = "subtract the dark signal of the spectrometer, or cut off wavelengths without light"
-        raise SpectrumError(message("a light is negative", where=where, got=got, expected=expected, fix=fix))
     light = replace(lamp, values=np.maximum(lamp.values, 0.0))
     added = 1 - lamp.integral() / light.integral()
     text = (
@@ -114,6 +117,17 @@ def _without_noise(lamp: Spectrum) -> Spectrum:
     )
     warnings.warn(text, ApproximationWarning, stacklevel=3)
     return light
+
+
+def _of_file(name: str) -> Spectrum:
+    lamp = without_noise(read_spectrum(name))
+    if (lowest := lamp.values.min()) < 0:
+        expected = "0 or more; noise down to 2 % of the peak is understood"
+        fix = "subtract the dark signal of the spectrometer, or cut off wavelengths without light"
+        where = f"{lamp.title}, {lamp.wavelengths[lamp.values.argmin()]:g} nm"
+        got = f"{lowest:g} at a peak of {lamp.values.max():g}"
+        raise SpectrumError(message("a light is negative", where=where, got=got, expected=expected, fix=fix))
+    return lamp
 
 
 def _shipped() -> dict[str, Traversable]:

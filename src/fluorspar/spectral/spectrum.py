@@ -35,6 +35,7 @@ Outside = Literal["warn", "error", "zero", "hold"]
 SUFFIXES = (*tables.SUFFIXES, ".spd", ".spdx")
 """Of files that `read_spectrum` reads."""
 
+_LONGEST_IN_MICROMETRES = 50.0
 _SAME = 1e-6  # nm; wavelengths closer than this are one
 
 
@@ -162,7 +163,12 @@ class Spectrum:
         if grid.stop < first - _SAME or grid.start > last + _SAME:
             expected = f"a grid that meets {first:g}-{last:g} nm"
             fault = "a spectrum and the wavelength grid do not overlap"
-            raise SpectrumError(message(fault, where=self.title, got=str(grid), expected=expected))
+            fix = (
+                "its wavelengths look like micrometres: give them in nm"
+                if last < _LONGEST_IN_MICROMETRES
+                else ""
+            )
+            raise SpectrumError(message(fault, where=self.title, got=str(grid), expected=expected, fix=fix))
         if (below or above) and outside in ("warn", "error"):
             ends = [f"below {first:g} nm ({self.values[0]:g})"] * below
             ends += [f"above {last:g} nm ({self.values[-1]:g})"] * above
@@ -226,6 +232,7 @@ def check_reflectance(spectrum: Spectrum) -> Spectrum:
     fault = "a reflectance is negative" if value < 0 else "a reflectance is greater than 1"
     where = spectrum.title + ("" if spectrum.is_constant else f", {spectrum.wavelengths[worst]:g} nm")
     fix = "reflectances are fractions, not percent" if value > 1 else ""
+    fix += ": divide by 100" if value > 2 else ""
     raise SpectrumError(message(fault, where=where, got=f"{value:g}", expected="0 to 1", fix=fix))
 
 

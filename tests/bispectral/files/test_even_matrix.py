@@ -55,6 +55,6 @@ def test_a_dye_keeps_its_light() -> None:
     spectrum = np.exp(-(((FINE - 640) / 20) ** 2))
     matrix = np.outer(spectrum, np.exp(-(((COARSE - 450) / 40) ** 2))) * (FINE[:, None] > COARSE)
     with pytest.warns(ApproximationWarning):
-        em, ex, even = on_common_step(FINE, COARSE, matrix, "sheet.csv")
+        _, ex, even = on_common_step(FINE, COARSE, matrix, "sheet.csv")
     column = even[:, ex == 450][:, 0]
     assert 5 * column.sum() == pytest.approx(20 * np.sqrt(np.pi), rel=2e-3)

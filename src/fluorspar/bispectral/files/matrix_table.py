@@ -30,7 +30,8 @@ def matrix_of_table(table: Table) -> tuple[Array, Array, Array]:
         Wide: its first column holds emission, its header excitation wavelengths in nm. The other way round if the
         corner or a line `# rows: excitation` says so, or if columns reach further to the red than rows and hold more
         light on the side of shorter wavelengths. A heading may be a sample that says the wavelength
-        ("Paint_EX_350.00"), beside a column of wavelengths each. Long: three columns, whose headings say excitation and emission.
+        ("Paint_EX_350.00"), beside a column of wavelengths each. Long: three columns, whose headings say excitation
+        and emission.
 
     Returns
     -------
