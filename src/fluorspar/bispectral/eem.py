@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,7 +189,10 @@ def material_from_eem(
         assumed=left_out,
     )
     quality = f"one fluorophore leaves {100 * unexplained:.2g} % of the EEM unexplained"
-    return replace(material, quality=quality, **({} if reflectance is None else {"reflectance": S}))
+    if reflectance is not None:
+        dyes = material.fluorophores
+        material = Material(title, S, dyes, description=description, credit=credit, assumed=left_out)
+    return replace(material, quality=quality)
 
 
 def _units(eem: Eem, units: Units | None) -> Units:
@@ -197,8 +201,8 @@ def _units(eem: Eem, units: Units | None) -> Units:
         got = f"{eem.units!r} in the file, {units!r} as option"
         raise MaterialError(message(fault, where=eem.name, got=got, fix=fix))
     counted = eem.units or units
-    if counted == "photon" or counted == "energy":
-        return counted
+    if counted in ("photon", "energy"):
+        return cast("Units", counted)
     fault, got = "an EEM needs its units", repr(counted or "nothing")
     fix = "write '# units: photon' (counts of a fluorometer) or '# units: energy' (power per nm) into the file, or "
     fix += "say it as units (--units)"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fluorspar.bispectral.files.even_matrix import on_common_step
-from fluorspar.errors import ApproximationWarning
+from fluorspar.errors import ApproximationWarning, MaterialError
 
 FINE, COARSE = np.arange(400.0, 701.0, 2.0), np.arange(300.0, 601.0, 10.0)
 UNEVEN = np.concatenate([np.arange(400.0, 500.0, 5.0), np.arange(500.0, 701.0, 10.0)])
@@ -58,3 +58,9 @@ def test_a_dye_keeps_its_light() -> None:
         _, ex, even = on_common_step(FINE, COARSE, matrix, "sheet.csv")
     column = even[:, ex == 450][:, 0]
     assert 5 * column.sum() == pytest.approx(20 * np.sqrt(np.pi), rel=2e-3)
+
+
+def test_without_a_reflectance_it_is_no_donaldson_matrix() -> None:
+    """Whatever the steps are; that is not called uneven."""
+    with pytest.raises(MaterialError, match="(?s)fewer than two cells of equal .*from-eem"):
+        on_common_step(FINE + 1, COARSE, plane(FINE + 1, COARSE), "sheet.csv")

@@ -118,6 +118,9 @@ def test_rows_of_excitation_that_nothing_says(tmp_path: Path) -> None:
     ("text", "complaint"),
     [
         (long("a,b,c"), "(?s)columns of a long table are not named.*'excitation,emission,value'"),
+        ("ex,em,D\n400,400,1\n400,410,2", "(?s)too few wavelengths.*2 of emission, 1 of excitation"),
+        ("nm,400,410\n-400,1,0\n410,1,0", "wavelength is impossible"),
+        ("nm,400,410\n400,1,0", "(?s)too few wavelengths.*1 of emission, 2 of excitation"),
         (long() + "\n300,400,5", "(?s)occurs twice.*emission 400 nm, excitation 300 nm"),
         (
             long().replace("300,400,", "300,1400,"),

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import ApproximationWarning
+from fluorspar.errors import ApproximationWarning, MaterialError, message
 from fluorspar.spectral.even import even_grid
 
 __all__ = ["on_common_step"]
@@ -41,7 +41,11 @@ def on_common_step(
     emission : ndarray of shape (Q,)
     excitation : ndarray of shape (R,)
     matrix : ndarray of shape (Q, R)
-        As it came if fewer than two wavelengths are both emission and excitation: then there is no S.
+
+    Raises
+    ------
+    MaterialError
+        If fewer than two wavelengths are both emission and excitation: then there is no S.
 
     Warns
     -----
@@ -56,9 +60,16 @@ def on_common_step(
     array([0.5, 0.5, 0.6, 0.7])
     """
     i, j = np.nonzero(np.abs(emission[:, None] - excitation) < _SAME)
+    if len(i) < 2:
+        fault = "a Donaldson matrix has fewer than two cells of equal emission and excitation wavelength"
+        fix = (
+            "they hold its reflectance: give rows and columns the same wavelengths where they overlap; "
+            "of luminescence alone `fluorspar materials from-eem` makes a material"
+        )
+        raise MaterialError(message(fault, where=where, fix=fix))
     steps = [float(np.diff(axis).min()) for axis in (emission, excitation)]
     even = all(even_grid(axis) is not None for axis in (emission, excitation))
-    if len(i) < 2 or (even and abs(steps[0] - steps[1]) < _SAME):
+    if even and abs(steps[0] - steps[1]) < _SAME:
         return emission, excitation, matrix
     step = max(_FINEST, round(min(steps)))
     em, ex = (_multiples(axis, step, float(emission[i[0]])) for axis in (emission, excitation))

@@ -200,6 +200,17 @@ def _has_excitation_rows(table: Table, rows: Array, columns: Array, cells: Array
 
 def _complete(table: Table, emission: Array, excitation: Array, cells: Array) -> tuple[Array, Array, Array]:
     """Set empty cells above the diagonal to 0, refuse others."""
+    if min(cells.shape) < 2:
+        fault, got = (
+            "a matrix has too few wavelengths",
+            f"{len(emission)} of emission, {len(excitation)} of excitation",
+        )
+        raise table.error(message(fault, where=table.where, got=got, expected="two or more of either"))
+    if (shortest := min(emission[0], excitation[0])) <= 0:
+        expected = "more than 0 nm"
+        raise table.error(
+            message("a wavelength is impossible", where=table.where, got=shortest, expected=expected)
+        )
     empty = np.isnan(cells)
     if np.any(missing := empty & (emission[:, None] >= excitation)):
         i, j = np.argwhere(missing)[0]

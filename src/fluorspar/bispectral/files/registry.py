@@ -102,7 +102,8 @@ def _content(path: Path | Traversable) -> tuple[Material | MeasuredMatrix, dict[
     suffix = f".{path.name.rpartition('.')[2].lower()}"
     if suffix not in SUFFIXES:
         fault, expected = "a material file has an unknown suffix", " or ".join(SUFFIXES)
-        fix = f"save a table as {path.stem}.csv, with a line above it that says what it holds: {SAYS}"
+        name = path.name.rpartition(".")[0] or path.name
+        fix = f"save a table as {name}.csv, with a line above it that says what it holds: {SAYS}"
         raise MaterialError(message(fault, where=path, expected=expected, fix=fix))
     if not path.is_file():
         fix = "check the name and the folder"
