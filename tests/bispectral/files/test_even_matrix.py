@@ -62,5 +62,5 @@ def test_a_dye_keeps_its_light() -> None:
 
 def test_without_a_reflectance_it_is_no_donaldson_matrix() -> None:
     """Whatever the steps are; that is not called uneven."""
-    with pytest.raises(MaterialError, match="(?s)fewer than two cells of equal .*from-eem"):
+    with pytest.raises(MaterialError, match=r"(?s)fewer than two cells of equal .*from-eem"):
         on_common_step(FINE + 1, COARSE, plane(FINE + 1, COARSE), "sheet.csv")
