@@ -1,4 +1,4 @@
-"""The file an image is read from, and its name."""
+"""Names of files that are read, as text, and with the column of a table that is meant."""
 
 from __future__ import annotations
 
@@ -10,7 +10,27 @@ from pathlib import Path
 
 from fluorspar.errors import ImageError, message
 
-__all__ = ["check_source", "encodable", "text_of"]
+__all__ = ["check_source", "encodable", "file_and_column", "text_of"]
+
+
+def file_and_column(path: str | os.PathLike[str]) -> tuple[Path, str]:
+    """Split `lamp.csv:second` into the file and the name of a column in it.
+
+    A file that exists by the whole name is that file.
+
+    Examples
+    --------
+    >>> file_and_column("lamp.csv")[1]
+    ''
+    >>> file_and_column(f"{__file__}:second")[1]
+    'second'
+    """
+    text = os.fspath(path)
+    if not os.path.isfile(text):
+        for at in (place for place, letter in enumerate(text) if letter == ":"):
+            if os.path.isfile(text[:at]):
+                return Path(text[:at]), text[at + 1 :].strip()
+    return Path(path), ""
 
 
 def text_of(path: str | os.PathLike[str]) -> str:

@@ -18,6 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fluorspar.errors import ImageError, OptionError, message
+from fluorspar.files.names import file_and_column
 
 __all__ = ["Temporary", "check_not_input", "check_target", "replacing", "undisturbed", "write_error"]
 
@@ -104,7 +105,8 @@ def check_not_input(
     target : str or path-like
         The file to be written.
     *inputs : str or path-like or None
-        The files that are read. What names no file, such as a material of the library, does not count.
+        The files that are read, perhaps with a column (see `file_and_column`). What names no file, such as a material
+        of the library, does not count.
     fault : str
         What to call it.
 
@@ -120,7 +122,8 @@ def check_not_input(
     if not os.path.exists(target):
         return
     for source in inputs:
-        if source is not None and os.path.isfile(source) and os.path.samefile(source, target):
+        file = None if source is None else file_and_column(source)[0]
+        if file is not None and file.is_file() and file.samefile(target):
             raise OptionError(message(fault, where=source, got=target, fix="name another file to write"))
 
 

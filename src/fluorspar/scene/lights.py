@@ -9,6 +9,7 @@ from typing import Any
 from fluorspar.errors import ApproximationWarning, SceneError, message
 from fluorspar.scene.nodes import label
 from fluorspar.scene.plugin_spectra import SpatialVariation, average_light, plugin_spectrum
+from fluorspar.spectral.illuminants import without_noise
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["LIGHTS", "Light", "give_spectrum", "read_light", "spectrum_property"]
@@ -127,6 +128,7 @@ def read_light(state: Any, index: int, where: str, *, matte: bool) -> Light:
                 else "replace it",
             )
         )
+    spectrum = without_noise(spectrum)
     if (spectrum.values < 0).any():
         raise SceneError(
             message(

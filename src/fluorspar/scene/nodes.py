@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fluorspar.errors import SceneError, message
+from fluorspar.scene.spectrum_files import with_spectrum_files
 
 __all__ = ["FLUORESCENT", "build", "children", "copy_nodes", "kind", "label", "parse_scene", "resolving"]
 
@@ -75,7 +76,7 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str],
         if isinstance(source, dict):
             state = mi.parser.parse_dict(config, source)
         else:
-            state = mi.parser.parse_file(config, str(source), **parameters)
+            state = with_spectrum_files(lambda: mi.parser.parse_file(config, str(source), **parameters))
         mi.parser.transform_all(config, state)
     except Exception as err:  # the parser raises bare RuntimeError, TypeError and others
         raise SceneError(
