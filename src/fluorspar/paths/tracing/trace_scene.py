@@ -76,7 +76,7 @@ def build_trace_scene(scene: Scene) -> TraceScene:
             del nodes[0].props[key]
     set_film(state, scene.settings)
 
-    with resolving(scene.base):
+    with resolving(*scene.folders):
         parts = _parts(state)
     row_of_id = {f"light-{light.node}": row for row, light in enumerate(scene.lights)}
     surface_of_id = {f"surface-{surface.node}": surface for surface in scene.surfaces}

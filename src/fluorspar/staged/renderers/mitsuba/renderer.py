@@ -127,7 +127,7 @@ class _LoadedScene:
                 remove_shape(state, scene.surfaces[array.surface].node)
             self._add_patches(state, array)
         one_sample_camera(state, scene)
-        with resolving(scene.base):
+        with resolving(*scene.folders):
             self.mitsuba_scene = build(state)
         if array is None:
             by_id = {emitter.id(): emitter for emitter in self.mitsuba_scene.emitters()}
