@@ -36,7 +36,9 @@ def check_numbers(state: Any) -> None:
     SceneError
         If a number is not finite or not below `LARGEST`, a direction has length 0, or a transform flattens space.
     """
-    for index, node in enumerate(copy_nodes(state).nodes):  # Mitsuba finds misspelt properties by who reads them
+    for index, node in enumerate(
+        copy_nodes(state).nodes
+    ):  # Mitsuba finds misspelt properties by who reads them
         for key in node.props.keys():  # noqa: SIM118 (not a dict)
             values = _numbers(node.props, key)
             where = f"'{key}' of {label(node, index)}"

@@ -16,10 +16,14 @@ from fluorspar.scene.averages import MESH_ATTRIBUTE, uses_mesh
 from fluorspar.scene.nodes import build, copy_nodes
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["SpatialVariation", "plugin_spectrum"]
+__all__ = ["LONGEST", "SpatialVariation", "plugin_spectrum"]
 
 # The range over which Mitsuba's spectral upsampling of `rgb` values and its own tables are defined.
 _MITSUBA_RANGE = (360.0, 830.0)
+
+
+LONGEST = 1e5
+"""Wavelengths in nm are shorter."""
 
 
 class SpatialVariation(SceneError):
@@ -122,6 +126,8 @@ def _evaluate(plugin: Any, wavelengths: NDArray[np.float64]) -> NDArray[np.float
 
 def _tabulate(plugin: Any, support: tuple[float, float], label: str) -> Spectrum:
     """Tabulate a plugin every nanometre over `support`."""
+    if support[1] > LONGEST:
+        raise SpectrumError(message("a wavelength is impossible", where=label, got=f"{support[1]:g} nm"))
     wavelengths = np.linspace(*support, round(support[1] - support[0]) + 1)
     # The ends are taken a hair inside: at the limit itself single precision may fall outside.
     inside = np.clip(wavelengths, support[0] + 1e-3, support[1] - 1e-3)

@@ -14,7 +14,7 @@ from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, m
 from fluorspar.scene.averages import average_reflectance
 from fluorspar.scene.nodes import below, build, label, resolved
 from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, STRINGS, check_properties, material_of_spectra
-from fluorspar.scene.plugin_spectra import SpatialVariation, plugin_spectrum
+from fluorspar.scene.plugin_spectra import LONGEST, SpatialVariation, plugin_spectrum
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.spectral.spectrum import Spectrum, trapezoid
@@ -25,10 +25,10 @@ DEFAULT_REFLECTANCE = 0.5
 """Mitsuba's, of `diffuse` and of a shape without BSDF."""
 
 _MATTE = f"diffuse, twosided or {FLUORESCENT}, with spectra that are the same all over the surface"
-_LEAST = (
-    0.4  # share of the emission at longer wavelengths than excitation: half where both spectra are the same
-)
 _PROPERTIES = {"diffuse": ("reflectance",), FLUORESCENT: (*SPECTRA, *STRINGS, "concentration")}
+_LEAST_STOKES = (
+    0.4  # share of emission at longer wavelengths than excitation; 0.5 where both spectra are the same
+)
 
 
 def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Material:
@@ -162,17 +162,14 @@ def _check_types(props: Any, where: str) -> None:
 
 def _check_order(where: str, emission: Spectrum, excitation: Spectrum) -> None:
     """Refuse spectra that are swapped; their tables may be coarse, so every nanometre is looked at."""
-    if (
-        emission.is_constant
-        or excitation.is_constant
-        or not (emission.values.any() and excitation.values.any())
-    ):
+    spectra = (emission, excitation)
+    if any(s.is_constant or not s.values.any() or s.support[1] > LONGEST for s in spectra):
         return
-    low, high = (f(s.support[end] for s in (emission, excitation)) for f, end in ((min, 0), (max, 1)))
-    w = np.arange(np.floor(low), np.ceil(high) + 1)
-    alpha, beta = (np.interp(w, s.wavelengths, s.values, left=0, right=0) for s in (emission, excitation))
+    low, high = min(s.support[0] for s in spectra), max(s.support[1] for s in spectra)
+    w = np.unique(np.concatenate([np.arange(low, high), emission.wavelengths, excitation.wavelengths]))
+    alpha, beta = (np.interp(w, s.wavelengths, s.values, left=0, right=0) for s in spectra)
     photons = alpha * w
-    check_order(where, w, beta, w, photons / trapezoid(photons, w), least=_LEAST)
+    check_order(where, w, beta, w, photons / trapezoid(photons, w), least=_LEAST_STOKES)
 
 
 def _spectrum(state: Any, index: int, name: str, where: str) -> Spectrum:

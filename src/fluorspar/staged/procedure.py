@@ -121,7 +121,8 @@ def _all(p: Passes) -> SpectralImage:
         totals.append(total(list(components)).astype(np.float32))
     done = len(totals)
     mean /= done
-    error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
+    with np.errstate(over="ignore", invalid="ignore"):  # then the image is refused
+        error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
     layers = mean.reshape(len(names), -1, len(p.grid))
     missing = np.full(layers.shape[1:], np.nan, np.float32)
     finished = FinishedPixels(p.grid, mean.shape[2])
