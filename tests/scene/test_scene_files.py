@@ -16,6 +16,7 @@ from xml_scene import QUAD, mesh, xml_scene
 
 GRID = "400:700:100"
 PAINTED = '<bsdf type="fluorescent"> <string name="donaldson" value="sheet.csv"/> </bsdf>'
+DYED = '<shape type="sphere"> <bsdf type="fluorescent"> <string name="{}" value="{}"/> </bsdf> </shape>'
 SHEET = "# quantity: band\n# step: 100\n,400,500,600\n400,0.5,0,0\n500,0.2,0.4,0\n600,0.1,0.1,0.3\n"
 
 
@@ -87,6 +88,19 @@ def test_missing_meshes_are_found_before_anything_is_computed(tmp_path: Path) ->
     metal = '<shape type="sphere"> <bsdf type="conductor"/> </shape>'
     with pytest.raises(SceneError, match="the file of a shape does not exist"):
         load_scene(xml_scene(tmp_path, metal, mesh("no-such.obj")), matte=True)
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        mesh("m" * 300 + ".obj"),
+        DYED.format("material", "m" * 300),
+        DYED.format("donaldson", "m" * 300 + ".csv"),
+    ],
+)
+def test_names_that_are_too_long_for_a_file(part: str, tmp_path: Path) -> None:
+    with pytest.raises(FluorsparError, match="mmm"):
+        load_scene(xml_scene(tmp_path, part))
 
 
 def test_the_name_of_a_scene_gets_a_suggestion() -> None:

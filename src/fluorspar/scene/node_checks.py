@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
 from pathlib import Path
@@ -99,7 +100,9 @@ def check_meshes(state: Any) -> None:
     for index, node in enumerate(state.nodes):
         if kind(node) != "Shape" or "filename" not in node.props:
             continue
-        if not resolved(name := str(node.props["filename"])).is_file():
+        if not os.path.isfile(
+            resolved(name := str(node.props["filename"]))
+        ):  # False for what is too long for a name
             raise SceneError(
                 message(
                     "the file of a shape does not exist",

@@ -6,6 +6,7 @@ user wrote, so surfaces and lights are identified here.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -107,7 +108,7 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str],
     import mitsuba as mi
 
     config = parser_config(mi.variant())
-    if not isinstance(source, dict) and not Path(source).is_file():
+    if not isinstance(source, dict) and not os.path.isfile(source):
         raise SceneError(
             message(
                 "the scene file does not exist",

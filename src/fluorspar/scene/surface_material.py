@@ -86,6 +86,8 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
             ) from err
         if not recipe.matte:
             raise
+    except OSError as err:  # a name that is too long for a file, one that may not be read, ...
+        raise SceneError(message("a file of a material cannot be read", where=where, got=err)) from err
     except FluorsparError as err:
         raise err if where in str(err) else type(err)(f"{err}\n  in:       {where}") from err
     if any(state.nodes[node].props.plugin_name() == FLUORESCENT for node in below(state, index)):
