@@ -56,6 +56,15 @@ class TestPath:
         again = pickle.loads(pickle.dumps(load_scene(scene_file)))
         assert render(again, wavelengths="400:600:100").total().values.any()
 
+    def test_materials_too(self, scene_file: Path, tmp_path: Path) -> None:
+        (tmp_path / "assets/grey.csv").write_text(
+            "# fluorspar-material: 1\nwavelength,reflectance\n300,0.5\n780,0.5"
+        )
+        scene_file.write_text(
+            scene_file.read_text().replace("donaldson", "material").replace("sheet", "grey")
+        )
+        assert load_scene(scene_file).materials[0].reflectance.at(550) == 0.5
+
     def test_with_an_included_file(self, scene_file: Path, tmp_path: Path) -> None:
         """The file that is included is found in the folder, and its mesh too."""
         part = f'<scene version="3.0.0"> {mesh("meshes/quad.obj", PAINTED)} </scene>'

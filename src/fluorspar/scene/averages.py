@@ -127,6 +127,8 @@ def _naming(label: str) -> Iterator[None]:
     """Say in errors of Mitsuba what was averaged."""
     try:
         yield
+    except SceneError as err:
+        raise err if label in str(err) else SceneError(f"{err}\n  in:       {label}") from err
     except RuntimeError as err:
         expected = "what Mitsuba evaluates at one point of a surface"
         raise SceneError(
@@ -138,6 +140,10 @@ def _visit(
     si: Any, grid: tuple[int, int], state: Any, index: int, shape: int | None
 ) -> Iterator[list[float]]:
     """Put `si` to the centres of the cells of a grid over the unit square; also to places on a shape, if need be."""
+    if any(state.nodes[node].props.plugin_name() == "volume" for node in below(state, index)):
+        raise SceneError(
+            message("a texture of type 'volume' has no average over a surface", expected="other textures")
+        )
     columns, rows = grid
     u, v = np.meshgrid((np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows)
     positions = np.stack([u.ravel(), v.ravel()], axis=-1).tolist()

@@ -5,30 +5,20 @@ from __future__ import annotations
 import warnings
 from typing import Any
 
-import numpy as np
-
-from fluorspar.bispectral.dye import check_order
-from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, message
 from fluorspar.scene.averages import average_reflectance
-from fluorspar.scene.nodes import below, build, label, resolved
-from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, STRINGS, check_properties, material_of_spectra
-from fluorspar.scene.plugin_spectra import LONGEST, SpatialVariation, plugin_spectrum
+from fluorspar.scene.fluorescent_node import DEFAULT_REFLECTANCE, fluorescent_material
+from fluorspar.scene.nodes import below, build, label
+from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, STRINGS
+from fluorspar.scene.plugin_spectra import SpatialVariation, plugin_spectrum
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.suggestion import did_you_mean
-from fluorspar.spectral.spectrum import Spectrum, trapezoid
 
 __all__ = ["DEFAULT_REFLECTANCE", "read_material"]
 
-DEFAULT_REFLECTANCE = 0.5
-"""Mitsuba's, of `diffuse` and of a shape without BSDF."""
-
 _MATTE = f"diffuse, twosided or {FLUORESCENT}, with spectra that are the same all over the surface"
 _PROPERTIES = {"diffuse": ("reflectance",), FLUORESCENT: (*SPECTRA, *STRINGS, "concentration")}
-_LEAST_STOKES = (
-    0.4  # share of emission at longer wavelengths than excitation; 0.5 where both spectra are the same
-)
 
 
 def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Material:
@@ -58,8 +48,6 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
     ApproximationWarning
         If it is averaged.
     """
-    import mitsuba as mi
-
     props = state.nodes[index].props
     plugin = props.plugin_name()
     where = f"BSDF {label(state.nodes[index], index)} of shape {label(state.nodes[shape], shape)}"
@@ -76,9 +64,10 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
         )
     try:
         if plugin == "diffuse":
-            return Material(name, _spectrum(state, index, "reflectance", where))
+            spectrum = plugin_spectrum(state, index, "reflectance", default=DEFAULT_REFLECTANCE, label=where)
+            return Material(name, spectrum)
         if plugin == FLUORESCENT:
-            return _fluorescent(state, index, name, where, recipe)
+            return fluorescent_material(state, index, name, where, recipe)
     except SpatialVariation as err:
         if plugin == FLUORESCENT and recipe.matte:
             raise SceneError(
@@ -90,6 +79,14 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
         raise SceneError(message("a file of a material cannot be read", where=where, got=err)) from err
     except FluorsparError as err:
         raise err if where in str(err) else type(err)(f"{err}\n  in:       {where}") from err
+    return _averaged(state, index, shape, name, where, matte=recipe.matte)
+
+
+def _averaged(state: Any, index: int, shape: int, name: str, where: str, *, matte: bool) -> Material:
+    """The diffuse material of the average of a BSDF that is not matte, if it is asked for and exists."""
+    import mitsuba as mi
+
+    plugin = state.nodes[index].props.plugin_name()
     if any(state.nodes[node].props.plugin_name() == FLUORESCENT for node in below(state, index)):
         raise SceneError(
             message(
@@ -109,7 +106,7 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
                 fix="replace it, give the shape a material from outside (--material ID=NAME), or remove it",
             )
         )
-    if not recipe.matte:
+    if not matte:
         raise SceneError(
             message(
                 f"BSDF '{plugin}' is not a matte surface of one spectrum",
@@ -124,55 +121,3 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
         stacklevel=2,
     )
     return Material(name, average_reflectance(state, index, bsdf, shape, where))
-
-
-def _fluorescent(state: Any, index: int, name: str, where: str, recipe: Recipe) -> Material:
-    props = state.nodes[index].props
-    check_properties(set(props.keys()), where)
-    _check_types(props, where)
-    if "material" in props:
-        dyed = material(props["material"], recipe.library, base=recipe.base)
-    elif "donaldson" in props:
-        dyed = material(recipe.base / resolved(props["donaldson"]))
-    else:
-        has_dye = "emission" in props
-        reflectance, emission, excitation = (
-            _spectrum(state, index, part, f"{part} of {where}") if has_dye or part == "reflectance" else None
-            for part in SPECTRA
-        )
-        assert reflectance is not None
-        dyed = material_of_spectra(name, reflectance, emission, excitation)
-        if emission is not None and excitation is not None:
-            _check_order(where, emission, excitation)
-    return dyed.with_concentration(float(props["concentration"])) if "concentration" in props else dyed
-
-
-def _check_types(props: Any, where: str) -> None:
-    """Refuse a spectrum in place of a name or number, and the like."""
-    import mitsuba as mi
-
-    types = mi.Properties.Type
-    numbers = (types.Float, types.Integer)
-    for name, known in (*((name, (types.String,)) for name in STRINGS), ("concentration", numbers)):
-        if name in props and props.type(name) not in known:
-            got = str(props.type(name)).rpartition(".")[2].lower()
-            expected = "a number" if known is numbers else "text"
-            raise SceneError(
-                message(f"property '{name}' is of the wrong type", where=where, got=got, expected=expected)
-            )
-
-
-def _check_order(where: str, emission: Spectrum, excitation: Spectrum) -> None:
-    """Refuse spectra that are swapped; their tables may be coarse, so every nanometre is looked at."""
-    spectra = (emission, excitation)
-    if any(s.is_constant or not s.values.any() or s.support[1] > LONGEST for s in spectra):
-        return
-    low, high = min(s.support[0] for s in spectra), max(s.support[1] for s in spectra)
-    w = np.unique(np.concatenate([np.arange(low, high), emission.wavelengths, excitation.wavelengths]))
-    alpha, beta = (np.interp(w, s.wavelengths, s.values, left=0, right=0) for s in spectra)
-    photons = alpha * w
-    check_order(where, w, beta, w, photons / trapezoid(photons, w), least=_LEAST_STOKES)
-
-
-def _spectrum(state: Any, index: int, name: str, where: str) -> Spectrum:
-    return plugin_spectrum(state, index, name, default=DEFAULT_REFLECTANCE, label=where)

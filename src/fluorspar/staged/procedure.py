@@ -125,7 +125,7 @@ def _all(p: Passes) -> SpectralImage:
         error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
     layers = mean.reshape(len(names), -1, len(p.grid))
     missing = np.full(layers.shape[1:], np.nan, np.float32)
-    finished = FinishedPixels(p.grid, mean.shape[2])
+    finished = FinishedPixels(p.grid, p.job.scene.settings.width)
     finished.add(0, Pixels(layers, missing if error is None else error.reshape(missing.shape), None))
     finished.finish()
     attrs: dict[str, Any] = {
