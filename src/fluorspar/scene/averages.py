@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import SceneError, message
 from fluorspar.scene.nodes import below, build, label
+from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["MESH_ATTRIBUTE", "average_light", "average_reflectance", "uses_mesh"]
@@ -178,6 +179,7 @@ def _check_attributes(state: Any, index: int, shape: Any, where: str) -> None:
                     where=where,
                     got=", ".join(has) or "no attributes",
                     expected="the name of an attribute of its vertices or faces",
+                    fix=did_you_mean(name, has),
                 )
             )
 
