@@ -18,7 +18,7 @@ from fluorspar.files.curves import Role, read_curve
 from fluorspar.files.names import file_and_column
 from fluorspar.spectral.spectrum import Spectrum, SpectrumLike, as_spectrum, read_spectrum, trapezoid
 
-__all__ = ["dye", "read_dye"]
+__all__ = ["check_order", "dye", "read_dye"]
 
 Array = NDArray[np.float64]
 Units = Literal["energy", "photon"]
@@ -112,7 +112,7 @@ def dye(
     photons = photons / trapezoid(photons, em)
     taken_up = absorbed * ex
     area = trapezoid(taken_up, ex)
-    _check_order(name, ex, taken_up, em, photons)
+    check_order(name, ex, taken_up, em, photons)
     fluorophore = Fluorophore(
         Spectrum(em, quantum_yield * area * photons / em, f"emission of {name!r}", assumed),
         Spectrum(ex, taken_up, f"excitation of {name!r}", assumed),
@@ -202,11 +202,13 @@ def read_dye(
     )
 
 
-def _check_order(name: str, ex: Array, taken_up: Array, em: Array, photons: Array) -> None:
-    """Refuse a dye most of whose emission the Stokes limit would leave out."""
+def check_order(
+    name: str, ex: Array, taken_up: Array, em: Array, photons: Array, *, least: float = 0.5
+) -> None:
+    """Refuse a dye most of whose emission the Stokes limit would leave out: all but a share below `least`."""
     longer = [trapezoid(np.where(em > at, photons, 0.0), em) for at in ex]
     share = trapezoid(taken_up * np.array(longer), ex) / trapezoid(taken_up, ex)
-    if share < 0.5:
+    if share < least:
         peaks = f"excitation peak {ex[taken_up.argmax()]:g} nm, emission peak {em[photons.argmax()]:g} nm"
         raise MaterialError(
             message(
