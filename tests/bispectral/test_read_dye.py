@@ -58,3 +58,33 @@ def test_an_impossible_quantum_yield(tmp_path, quantum_yield):
     files = written(tmp_path / "ex.csv", ABSORBS), written(tmp_path / "em.csv", EMITS)
     with pytest.raises(MaterialError, match="quantum yield"):
         read_dye(*files, quantum_yield, 0.5, units="photon")
+
+
+def test_both_spectra_in_one_file_with_blanks(tmp_path):
+    """As data bases of fluorescent proteins export them: a column each, empty where a spectrum was not measured."""
+    rows = [
+        f"{w:g},{a:.12g},{b if w >= 470 else ''}"
+        for w, a, b in zip(W[::-1], ABSORBS[::-1], EMITS[::-1], strict=True)
+    ]
+    file = tmp_path / "both.csv"
+    file.write_text("\n".join(["wavelength,mine ex,mine em", *rows]))
+    measured = W >= 470
+    expected = dye(Spectrum(W, ABSORBS), Spectrum(W[measured], EMITS[measured]), 0.9, 0.5, units="photon")
+    read = read_dye(file, file, 0.9, 0.5, units="photon")
+    assert read.name == "both"
+    assert read.on(GRID).band() == pytest.approx(expected.on(GRID).band(), rel=1e-9, abs=1e-12)
+    named = read_dye(f"{file}:mine ex", f"{file}:mine em", 0.9, 0.5, units="photon")
+    assert named.on(GRID).band() == pytest.approx(read.on(GRID).band())
+
+
+def test_an_absorption_is_a_share_whatever_is_counted(tmp_path):
+    emission = written(tmp_path / "em.csv", EMITS / W, "energy")
+    absorption = tmp_path / "ab.csv"
+    absorption.write_text("nm,absorption\n" + written(tmp_path / "ex.csv", ABSORBS).read_text())
+    expected = dye(Spectrum(W, ABSORBS), Spectrum(W, EMITS), 0.9, 0.5, units="photon").on(GRID).band()
+    absorption.write_text(
+        "nm,absorption,other\n" + written(tmp_path / "ex.csv", ABSORBS).read_text().replace("\n", ",0\n")
+    )
+    assert read_dye(absorption, emission, 0.9, 0.5, units="energy").on(GRID).band() == pytest.approx(
+        expected, rel=1e-9, abs=1e-12
+    )

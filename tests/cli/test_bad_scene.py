@@ -43,7 +43,9 @@ def test_unknown_plugin(fluorspar: CommandLine) -> None:
 
 def test_missing_mesh(fluorspar: CommandLine) -> None:
     mesh = '<shape type="obj" id="chair"> <string name="filename" value="no-such.obj"/> </shape>'
-    assert fluorspar.refuses(scene(SENSOR, SKY, mesh)).says("cannot build this", "no-such.obj")
+    assert fluorspar.refuses(scene(SENSOR, SKY, mesh)).says(
+        "the file of a shape does not exist", "no-such.obj"
+    )
 
 
 def test_no_light(fluorspar: CommandLine) -> None:

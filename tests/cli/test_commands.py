@@ -180,7 +180,10 @@ class TestInfo:
                 "notes.txt",
                 ("not an image, a scene or a material", "expected: .nc, .exr, .hdr, .xml, .csv, .bfc"),
             ),
-            ("old.png", ("not an image, a scene or a material", "where: old.png")),
+            (
+                "old.png",
+                ("a picture holds red, green and blue, no spectra", "where: old.png", ".nc, .exr, .hdr"),
+            ),
         ],
     )
     def test_nothing_of_the_kind(self, fluorspar: CommandLine, name: str, message: tuple[str, ...]) -> None:

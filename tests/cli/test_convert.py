@@ -57,6 +57,8 @@ def test_a_picture_adapted_to_a_white(files: CommandLine, white: str) -> None:
         (("b.png", "--white", "1,2"), "a white is impossible"),
         (("b.png", "--white", "1,2,blue"), "a white is not readable"),
         (("b.png", "--white", "daylight"), "there is no such illuminant"),
+        (("b.hdr", "--compress"), "only NetCDF"),
+        (("b.nc", "--channel-wavelengths", "400:700:10"), "only the channels of an EXR file"),
         (("keep.hdr",), "would replace a file that is no part of it"),
     ],
 )
@@ -92,3 +94,39 @@ class TestEnviData:
         before = scene.files()
         assert scene("convert", "scene.img.hdr", "scene.hdr").says("cannot be converted onto itself")
         assert scene.files() == before
+
+
+def test_compressed(files: CommandLine) -> None:
+    assert files("convert", "a.nc", "b.nc", "--compress").code == 0
+    with SpectralImage.open("a.nc") as plain, SpectralImage.open("b.nc") as packed:
+        np.testing.assert_array_equal(plain.dataset.radiance, packed.dataset.radiance)
+    assert (files.folder / "b.nc").stat().st_size < (files.folder / "a.nc").stat().st_size
+    done = files("convert", "a.nc", "b.exr", "--compress")
+    assert done.code == 2
+    assert done.says("only NetCDF", "--compress")
+
+
+@pytest.mark.parametrize("wavelengths", ["400:440:20", "400,420,440"])
+def test_channels_are_given_wavelengths(files: CommandLine, wavelengths: str) -> None:
+    import OpenEXR
+
+    channels = {f"band_{k}": np.full((2, 3), k, np.float32) for k in (1, 2, 10)}
+    with OpenEXR.File({}, channels) as file:
+        file.write("bands.exr")
+    assert files("convert", "bands.exr", "b.nc").says("no spectral channel", "--channel-wavelengths")
+    assert files("convert", "bands.exr", "b.nc", "--channel-wavelengths", wavelengths).code == 0
+    with SpectralImage.open("b.nc") as image:
+        assert image.wavelengths == Wavelengths(400, 440, 20)
+        np.testing.assert_array_equal(image.total()[0, 0], [1, 2, 10])
+    done = files("convert", "bands.exr", "b.nc", "--channel-wavelengths", "red,green,blue")
+    assert done.code == 2
+    assert done.says("wavelengths are not readable", "'red,green,blue'")
+
+
+def test_data_of_another_file_stop_a_render_before_it_begins(files: CommandLine) -> None:
+    (files.folder / "keep.img").write_bytes(b"precious")
+    before = files.files()
+    done = files("render", "cornell-box", "-o", "keep.hdr", "--wavelengths", "not a grid")
+    assert done.code == 2
+    assert done.says("would replace a file that is no part of it")
+    assert files.files() == before

@@ -362,7 +362,11 @@ BAD_FILES = {
     "nan.csv": ("\n".join(with_cell("nan")), "finite number", "emission 480 nm, excitation 460 nm"),
     "text.bfc": (bfc(with_cell("oops")), "not a number", "line 8, cell 5"),
     "duplicate.csv": ("\n".join([*sheet()[:8], sheet()[7], *sheet()[9:]]), "do not ascend", "duplicate.csv"),
-    "descending.csv": ("\n".join([*sheet()[:3], *sheet()[:2:-1]]), "do not ascend", "descending.csv"),
+    "unsorted.csv": (
+        "\n".join([*sheet()[:4], *sheet()[5:7], sheet()[4], *sheet()[7:]]),
+        "do not ascend",
+        "unsorted.csv",
+    ),
     "no-header.csv": ("\n".join([*sheet()[:2], *sheet()[3:]]), "header", "no-header.csv"),
     "no-header.bfc": (bfc(sheet()).replace("r:c:", ""), "no header", "no-header.bfc"),
     "no-quantity.csv": ("\n".join(sheet()[2:]), "does not say what", "no-quantity.csv"),

@@ -17,6 +17,8 @@ from fluorspar.files.tables import parse_table, read_table
         "400;0,5\n500;0,6",
         "400\t0.5\n500\t0.6\n",
         "# x\n400, 0.5,\n\n500 ,0.6",
+        "400\t0,5\n500\t0,6\n",
+        "400 0,5\n500 0,6\n",
     ],
     ids=[
         "blanks",
@@ -24,6 +26,8 @@ from fluorspar.files.tables import parse_table, read_table
         "semicolons with decimal commas",
         "tabs",
         "comments, trailing commas, empty lines",
+        "tabs with decimal commas",
+        "blanks with decimal commas",
     ],
 )
 def test_separators(text: str) -> None:
@@ -81,3 +85,45 @@ def test_rows_with_names() -> None:
 def test_a_line_that_is_no_part_of_a_table() -> None:
     with pytest.raises(SpectrumError, match=r"(?s)not part of a table.*dump\.csv, line 2"):
         parse_table("a,b\n1," + 200_000 * "x", where="dump.csv")
+
+
+def test_titles_above_and_text_below_are_passed_over() -> None:
+    text = (
+        "A sheet, measured on 3 May\nslit,5 nm\n\nnm,S,T\n400,0.5,1\n500,0.6,2\n\nOperator,me,\nEnd of file"
+    )
+    table = parse_table(text, where="file")
+    assert table.header == ("nm", "S", "T")
+    assert table.rows == [["400", "0.5", "1"], ["500", "0.6", "2"]]
+    assert table.lines == (4, 5, 6)
+
+
+def test_names_that_are_not_enough_are_completed_by_the_line_above() -> None:
+    table = parse_table("a,,b,\nnm,counts,nm,counts\n400,1,400,2", where="file")
+    assert table.header == ("a nm", "a counts", "b nm", "b counts")
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("nm,S\n400,0.5\n4l0,0.6\n420,0.7", "line 3"),
+        ("nm,S\n400,O.5\n410,0.6\n420,0.7", "line 2"),
+        ("nm,S\n400,0.5\n410,0.6\n420,?", "line 4"),
+        ("nm,S\n400,0.5\n410,0.6\n420,0.7,x", "line 4"),
+        ("nm,S\n400,0.5\nsecond scan\n410,0.6", "line 3"),
+    ],
+)
+def test_a_broken_row_is_no_text_around_the_table(text: str, line: str) -> None:
+    with pytest.raises(SpectrumError, match=line):
+        parse_table(text, where="file").numbers()
+
+
+def test_empty_cells_are_nan_where_they_may_be() -> None:
+    table = parse_table("nm,a,b\n400,,1\n500,2,", where="file")
+    assert np.isnan(table.numbers(blanks=True)[0, 1])
+    with pytest.raises(SpectrumError, match="line 2, cell 2"):
+        table.numbers()
+
+
+def test_text_that_is_not_utf_8(tmp_path) -> None:
+    (tmp_path / "a.csv").write_bytes("slit 5 \xb5m\n400,1\n500,2".encode("latin-1"))
+    assert len(read_table(tmp_path / "a.csv").rows) == 2

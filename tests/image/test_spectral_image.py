@@ -207,7 +207,7 @@ class TestRepr:
         image.dataset.attrs["partial"] = 1
         image.dataset["radiance"][:, 6:] = np.nan
         assert "partial" in repr(image)
-        assert "nan" not in repr(image).split()
+        assert " nan" not in repr(image).split()
 
     def test_a_bare_image_has_one_too(self):
         assert "0 cd/m2" in repr(SpectralImage.from_arrays(np.zeros((7, 2, 2, 69)), Wavelengths()))
@@ -226,7 +226,7 @@ class TestWrongData:
             (lambda d: d.transpose("y", "x", "component", "wavelength"), "the dims"),
             (lambda d: d.drop_vars("wavelength"), "no coordinate 'wavelength'"),
             (lambda d: d.isel(component=slice(None, None, -1)), "its components are reexcitation"),
-            (lambda d: d.isel(wavelength=[0, 1, 5]), "not evenly spaced"),
+            (lambda d: d.isel(wavelength=[0, 5, 1]), "wavelengths do not ascend"),
         ],
     )
     def test_another_layout_is_an_error_that_names_the_difference(self, image, change, problem):
@@ -260,3 +260,35 @@ class TestWrongData:
         with pytest.raises(ImageError, match=r"\.nc, \.exr, \.hdr, \.png"):
             image.save(tmp_path / "room.tif")
         assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("observer", ["2", 2, "cie 1931 2 degree standard observer"])
+def test_the_observer_of_1931_in_any_spelling_gives_luminance(image, observer):
+    assert image.xyz(observer=observer).attrs["units"] == "cd m-2"
+    np.testing.assert_array_equal(image.xyz(observer=observer), image.xyz())
+
+
+class TestPartial:
+    def test_what_is_finished_is_described(self, image):
+        """The upper three of twelve rows."""
+        expected = repr(SpectralImage(image.dataset.isel(y=slice(0, 3))))
+        image.dataset.attrs["partial"] = 1
+        for name in ("radiance", "standard_error"):
+            image.dataset[name].loc[{"y": slice(3, None)}] = np.nan
+        said = repr(SpectralImage(image.dataset))
+        assert "25 % of the pixels are finished" in said
+        assert " nan" not in said
+        for line in expected.splitlines()[6:]:
+            assert line in said
+
+    def test_nothing_is_finished(self, image):
+        image.dataset.attrs["partial"] = 1
+        image.dataset["radiance"][:] = np.nan
+        image.dataset["standard_error"][:] = np.nan
+        said = repr(SpectralImage(image.dataset))
+        assert ": 0 % of the pixels are finished" in said
+        assert " nan" not in said
+
+    def test_errors_of_single_samples(self, image):
+        image.dataset["standard_error"][:] = np.nan
+        assert " nan" not in repr(SpectralImage(image.dataset))

@@ -40,7 +40,9 @@ def test_all_answers_of_the_base_are_counted_once(kind, stokes):
     S, L = np.diag(base.reflectance), D - np.diag(base.reflectance)
     A = np.linalg.inv(np.eye(len(S)) - 0.6 * S)
     np.testing.assert_allclose(once.band(), S @ A + A @ L @ A, atol=1e-12)
-    np.testing.assert_allclose(once.band() + more.band(), D @ np.linalg.inv(np.eye(len(D)) - 0.6 * D), atol=1e-12)
+    np.testing.assert_allclose(
+        once.band() + more.band(), D @ np.linalg.inv(np.eye(len(D)) - 0.6 * D), atol=1e-12
+    )
 
 
 def test_a_coat_that_reflects_nothing_back_changes_nothing():
@@ -52,7 +54,10 @@ def test_a_coat_that_reflects_nothing_back_changes_nothing():
 
 def plate(coat, material):
     """A plate under a distant light, seen from above; neither the coat's mirror nor other surfaces are in view."""
-    spectra = {"emission": material.fluorophores[0].emission, "excitation": material.fluorophores[0].excitation}
+    spectra = {
+        "emission": material.fluorophores[0].emission,
+        "excitation": material.fluorophores[0].excitation,
+    }
     inline = {
         name: {"type": "spectrum", "value": list(zip(s.wavelengths.tolist(), s.values.tolist(), strict=True))}
         for name, s in {"reflectance": material.reflectance, **spectra}.items()
@@ -69,7 +74,11 @@ def plate(coat, material):
             "to_world": to_world,
             "film": {"type": "hdrfilm", "width": 4, "height": 4, "rfilter": {"type": "box"}},
         },
-        "light": {"type": "directional", "direction": [0.6, 0.0, -0.8], "irradiance": {"type": "spectrum", "value": 1.0}},
+        "light": {
+            "type": "directional",
+            "direction": [0.6, 0.0, -0.8],
+            "irradiance": {"type": "spectrum", "value": 1.0},
+        },
         "plate": {"type": "rectangle", "bsdf": {"type": "fluorescent", **coat, **inline}},
     }
 
@@ -82,7 +91,8 @@ def test_a_coated_plate_under_a_distant_light(coat):
         Spectrum(w, 0.3 + 0.4 * (w > 550)),
         [
             Fluorophore(
-                Spectrum(w, 0.4 * np.exp(-(((w - 560) / 40) ** 2))), Spectrum(w, 0.002 * np.exp(-(((w - 480) / 40) ** 2)))
+                Spectrum(w, 0.4 * np.exp(-(((w - 560) / 40) ** 2))),
+                Spectrum(w, 0.002 * np.exp(-(((w - 480) / 40) ** 2))),
             )
         ],
     )

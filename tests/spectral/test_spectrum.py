@@ -147,3 +147,10 @@ def test_a_weighted_sum_is_the_sum_at_every_wavelength(values: list[float], weig
 def test_spectra_without_a_common_range_cannot_be_added() -> None:
     with pytest.raises(SpectrumError, match="no range in common"):
         weighted_sum([RAMP, Spectrum([700, 800], [1, 1])], [0.5, 0.5])
+
+
+def test_percent_and_micrometres_are_called_so() -> None:
+    with pytest.raises(SpectrumError, match="not percent: divide by 100"):
+        check_reflectance(Spectrum([400, 500], [40, 50]))
+    with pytest.raises(SpectrumError, match="look like micrometres"):
+        Spectrum([0.4, 0.7], [1, 1]).on(Wavelengths(400, 700, 100))

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Fluorophore, Material
 from fluorspar.errors import MaterialError, SpectrumError, message
-from fluorspar.files.tables import read_table
+from fluorspar.files.curves import Role, read_curve
+from fluorspar.files.names import file_and_column
 from fluorspar.spectral.spectrum import Spectrum, SpectrumLike, as_spectrum, read_spectrum, trapezoid
 
-__all__ = ["dye", "read_dye"]
+__all__ = ["check_order", "dye", "read_dye"]
 
 Array = NDArray[np.float64]
 Units = Literal["energy", "photon"]
@@ -111,7 +112,7 @@ def dye(
     photons = photons / trapezoid(photons, em)
     taken_up = absorbed * ex
     area = trapezoid(taken_up, ex)
-    _check_order(name, ex, taken_up, em, photons)
+    check_order(name, ex, taken_up, em, photons)
     fluorophore = Fluorophore(
         Spectrum(em, quantum_yield * area * photons / em, f"emission of {name!r}", assumed),
         Spectrum(ex, taken_up, f"excitation of {name!r}", assumed),
@@ -150,8 +151,10 @@ def read_dye(
     Parameters
     ----------
     excitation, emission : str or Path
-        Two-column files (`.csv`, `.spd`, `.txt`): wavelength in nm, value. A line `# units: photon` or
-        `# units: energy` says what is counted; the two files may differ.
+        Tables (`.csv`, `.spd`, `.txt`): wavelength in nm, value. Of several columns the one is taken whose heading says
+        excitation (or absorption) and emission, so both may be one file; `FILE:COLUMN` names another. A line
+        `# units: photon` or `# units: energy` says what is counted; the two files may differ. An absorption is a share
+        of the light, in either unit.
     quantum_yield : float
         Photons given out per photon absorbed, 0 to 1.
     strength : float
@@ -184,8 +187,8 @@ def read_dye(
     ('emits', 0.4)
     """
     # energy per nm over energy per photon: emission in photons is energy times wavelength, excitation the inverse
-    absorbed = _in_photons(Path(excitation), units, -1)
-    emitted = _in_photons(Path(emission), units, 1)
+    absorbed = _in_photons(excitation, units, "excitation", -1)
+    emitted = _in_photons(emission, units, "emission", 1)
     return dye(
         absorbed,
         emitted,
@@ -193,17 +196,19 @@ def read_dye(
         strength,
         units="photon",
         substrate=substrate,
-        name=name or Path(emission).stem,
+        name=name or file_and_column(emission)[0].stem,
         description=description,
         credit=credit,
     )
 
 
-def _check_order(name: str, ex: Array, taken_up: Array, em: Array, photons: Array) -> None:
-    """Refuse a dye most of whose emission the Stokes limit would leave out."""
+def check_order(
+    name: str, ex: Array, taken_up: Array, em: Array, photons: Array, *, least: float = 0.5
+) -> None:
+    """Refuse a dye most of whose emission the Stokes limit would leave out: all but a share below `least`."""
     longer = [trapezoid(np.where(em > at, photons, 0.0), em) for at in ex]
     share = trapezoid(taken_up * np.array(longer), ex) / trapezoid(taken_up, ex)
-    if share < 0.5:
+    if share < least:
         peaks = f"excitation peak {ex[taken_up.argmax()]:g} nm, emission peak {em[photons.argmax()]:g} nm"
         raise MaterialError(
             message(
@@ -244,26 +249,21 @@ def _dyed(substrate: Spectrum, absorbed: Spectrum, title: str, assumed: str) -> 
     return Spectrum(w, S * (1 - share), title, assumed)
 
 
-def _in_photons(path: Path, units: Units | None, power: int) -> Spectrum:
-    stated = read_table(path).keys.get("units", "").lower()
+def _in_photons(path: str | Path, units: Units | None, role: Role, power: int) -> Spectrum:
+    curve = read_curve(path, role)
+    stated = curve.keys.get("units", "").lower()
     if stated and units and stated != units:
         fault = "a spectrum of a dye and the option disagree on its units"
-        raise MaterialError(
-            message(
-                fault, where=path, got=f"'{stated}' in the file, '{units}' as option", fix="drop one of them"
-            )
-        )
+        got = f"'{stated}' in the file, '{units}' as option"
+        raise MaterialError(message(fault, where=path, got=got, fix="drop one of them"))
     counted = stated or units
     if counted not in ("energy", "photon"):
         fault = "a dye needs the units of its spectra"
         fix = "write '# units: photon' (counts of a fluorometer) or '# units: energy' (power per nm) into the file, or "
         fix += "say it as units (--units)"
-        raise MaterialError(
-            message(
-                fault, where=path, got=repr(counted or "nothing"), expected="'energy' or 'photon'", fix=fix
-            )
-        )
-    spectrum = read_spectrum(path)
-    if counted == "photon":
+        got, expected = repr(counted or "nothing"), "'energy' or 'photon'"
+        raise MaterialError(message(fault, where=path, got=got, expected=expected, fix=fix))
+    spectrum = read_spectrum(path, role=role)
+    if counted == "photon" or curve.is_absorption:  # a share of the light, however light is counted
         return spectrum
     return replace(spectrum, values=spectrum.values * spectrum.wavelengths**power)

@@ -9,7 +9,7 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.options import white_of
-from fluorspar.cli.outputs import warn_of_envi
+from fluorspar.cli.outputs import say_written, warn_of_envi, writing
 from fluorspar.image.formats.registry import SUFFIXES, SUFFIXES_WRITTEN
 
 __all__ = ["convert"]
@@ -19,6 +19,10 @@ _EXAMPLES = """Examples:
   fluorspar convert box.nc box.exr
 
   fluorspar convert pbrt.exr pbrt.nc --wavelengths 400:700:10
+
+  fluorspar convert box.nc small.nc --total --compress
+
+  fluorspar convert mitsuba.exr bands.nc --channel-wavelengths 400:700:10
 
   fluorspar convert box.nc luminescence.hdr --component luminescent
 
@@ -44,6 +48,20 @@ def convert(
             help="FWHM in nm of triangular bands, at least that of the image; 0: as they are, interpolated linearly."
         ),
     ] = 0.0,
+    compress: Annotated[
+        bool,
+        typer.Option(
+            "--compress", help="Of a .nc: less than half the size, without loss, but slow to write."
+        ),
+    ] = False,
+    channel_wavelengths: Annotated[
+        str | None,
+        typer.Option(
+            metavar="START:STOP:STEP|A,B,...",
+            help="Of an .exr whose channels have no wavelengths in their names: these, in nm, in the order of the "
+            "numbers in the names.",
+        ),
+    ] = None,
     white: Annotated[
         str | None,
         typer.Option(
@@ -66,13 +84,21 @@ def convert(
     if component is not None and total:
         raise OptionError(message("--component and --total exclude each other"))
     kind = target.suffix.lower()
+    if compress and kind != ".nc":
+        raise OptionError(
+            message("only NetCDF has a choice of being compressed", where="--compress", got=target)
+        )
     if white is not None and kind != ".png":
         raise OptionError(message("only a picture is adapted to a white", where="--white", got=target))
     sources = (source, data_file(source) if source.suffix.lower() == ".hdr" else None)
     for written in (target, target.with_suffix(".img")) if kind == ".hdr" else (target,):
         check_not_input(written, *sources, fault="an image cannot be converted onto itself")
     grid = Wavelengths.parse(wavelengths) if wavelengths else None
-    with SpectralImage.open(source) as image, console.err.status(f"writing {text_of(target)}"):
+    channels = None if channel_wavelengths is None else _wavelengths_of(channel_wavelengths)
+    with (
+        SpectralImage.open(source, channel_wavelengths=channels) as image,
+        writing(target),
+    ):
         result = converted(image, "total" if total else component, grid, bandwidth)
         if ASSUMED in str(result.attrs.get("converted", "")) and ASSUMED not in str(
             image.attrs.get("converted", "")
@@ -81,9 +107,30 @@ def convert(
         if kind == ".png":
             write_png(result.dataset, target, white=None if white is None else white_of(white))
         else:
-            result.save(target)
+            result.save(target, compress=compress)
         warn_of_envi(result, target)
-    console.out.print(f"wrote {text_of(target)}", markup=False, highlight=False)
+    say_written(target)
+
+
+def _wavelengths_of(text: str) -> list[float]:
+    """Wavelengths given as a grid or one by one, in nm."""
+    from fluorspar.errors import OptionError, message
+    from fluorspar.spectral.wavelengths import Wavelengths
+
+    if ":" in text:
+        return [float(wavelength) for wavelength in Wavelengths.parse(text).values]
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as err:
+        expected = "START:STOP:STEP or A,B,C in nm, such as 400:700:10 or 365,405,450"
+        raise OptionError(
+            message(
+                "wavelengths are not readable",
+                where="--channel-wavelengths",
+                got=repr(text),
+                expected=expected,
+            )
+        ) from err
 
 
 convert.__doc__ = f"{convert.__doc__}\n\n{_EXAMPLES}"

@@ -14,6 +14,8 @@ from fluorspar.image.formats.registry import SUFFIXES as IMAGES
 
 __all__ = ["info"]
 
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp")
+
 
 def info(
     file: Annotated[
@@ -42,6 +44,10 @@ def info(
         from fluorspar.scene.loading import load_scene
 
         console.out.print(str(load_scene(file)), markup=False, highlight=False)
+    elif suffix in PICTURES:
+        fault = "a picture holds red, green and blue, no spectra"
+        fix = f"give the spectral image it was made of ({', '.join(IMAGES)})"
+        raise OptionError(message(fault, where=file, fix=fix))
     elif Path(file).is_dir() or (Path(file).exists() and suffix not in MATERIALS):
         raise OptionError(
             message(

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from fluorspar.cli import console
 from fluorspar.cli.targets import stream_target
+from fluorspar.files.names import text_of
 from fluorspar.image.spectral_image import SpectralImage
 
-__all__ = ["print_timings", "warn_of_envi", "write_outputs"]
+__all__ = ["print_timings", "say_written", "warn_of_envi", "write_outputs", "writing"]
+
+_LARGE = 200e6
 
 
 def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path | None) -> None:
@@ -20,22 +24,38 @@ def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path 
     streamed = stream_target(outputs)
     for path in outputs:
         if path != streamed:
-            with console.err.status(f"writing {path}"):
+            with writing(path):
                 image.save(path)
             warn_of_envi(image, path)
-        console.out.print(f"wrote {path}", markup=False, highlight=False)
+        say_written(path)
     if pictures is not None:
-        with console.err.status(f"writing pictures into {pictures}"):
+        with writing(pictures):
             write_pictures(image.dataset, pictures)
         console.out.print(
-            f"wrote a picture of every component into {pictures}", markup=False, highlight=False
+            f"wrote a picture of every component into {text_of(pictures)}", markup=False, highlight=False
         )
+
+
+def writing(path: Path) -> AbstractContextManager[object]:
+    """Show, on a terminal, that a file is being written."""
+    from rich.text import Text
+
+    return console.err.status(Text(f"writing {text_of(path)}"))
 
 
 def warn_of_envi(image: SpectralImage, path: Path) -> None:
     """Say so if a file that was written holds the total of an image that is split into components."""
     if path.suffix.lower() == ".hdr" and len(image.components) > 1:
         console.warning("an ENVI file holds one quantity: the total was written (see --component)")
+
+
+def say_written(path: Path) -> None:
+    """Say which file was written, and of a large NetCDF file how large it is and how it can be made smaller."""
+    size = path.stat().st_size
+    note = ""
+    if path.suffix.lower() == ".nc" and size >= _LARGE:
+        note = f" ({size / 1e6:,.0f} MB; 'fluorspar convert' with --total or --compress makes it smaller)"
+    console.out.print(f"wrote {text_of(path)}{note}", markup=False, highlight=False)
 
 
 def print_timings(image: SpectralImage) -> None:

@@ -131,6 +131,7 @@ def render(
     """Render a scene into a spectral image, split into components."""
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_files, check_pictures, stream_target
+    from fluorspar.image.formats.envi import check_data_target
     from fluorspar.rendering import render as render_scene
     from fluorspar.scene.loading import load_scene
 
@@ -147,6 +148,8 @@ def render(
         repeats=repeats,
     )
     check_files(output, SUFFIXES_WRITTEN, (scene, mesh))
+    for header in (path for path in output if path.suffix.lower() == ".hdr"):
+        check_data_target(header)
     check_pictures(pictures)
     defined = pairs(define or [], "-D")
     loaded = load_scene(

@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.colour.observers import CIE_1931, matching_functions
 from fluorspar.errors import OptionError, message
+from fluorspar.spectral.bands import band_weights
+from fluorspar.spectral.uneven import UnevenWavelengths
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [
@@ -49,7 +51,8 @@ def observer_weights(grid: Wavelengths, observer: str = CIE_1931) -> Array:
     ----------
     grid : Wavelengths
         N wavelengths. The sum runs over those within the observer's table (360-830 nm for CIE 1931); the
-        weight of others is 0.
+        weight of others is 0. If they are uneven, a spectrum linear between them is integrated from the first to
+        the last.
     observer : str
         As for `observer_named`; its functions are interpolated linearly, from 1 nm steps.
 
@@ -70,10 +73,21 @@ def observer_weights(grid: Wavelengths, observer: str = CIE_1931) -> Array:
     array([1748.7, 3415. ,   19.6])
     """
     at, cmfs = matching_functions(observer)
-    columns = [np.interp(grid.values, at, cmf, left=0.0, right=0.0) for cmf in cmfs.T]
-    weights = K_M * grid.step * np.stack(columns, axis=-1)
+    if isinstance(grid, UnevenWavelengths):
+        nodes = np.union1d(grid.values, at[(at > grid.start) & (at < grid.stop)])
+        halves = np.diff(nodes) / 2
+        widths = np.append(halves, 0.0) + np.insert(halves, 0, 0.0)  # the trapezoid rule
+        on_nodes = band_weights(grid.values, nodes) * widths[:, np.newaxis]
+        weights = np.asarray(K_M * on_nodes.T @ _between(at, cmfs, nodes))
+    else:
+        weights = K_M * grid.step * _between(at, cmfs, grid.values)
     weights.flags.writeable = False
     return weights
+
+
+def _between(at: Array, functions: Array, nodes: Array) -> Array:
+    """Tabulated functions at other wavelengths, 0 beyond the table, ndarray of shape (nodes, functions)."""
+    return np.stack([np.interp(nodes, at, values, left=0.0, right=0.0) for values in functions.T], axis=-1)
 
 
 def xyz_from_radiance(radiance: ArrayLike, grid: Wavelengths, observer: str = CIE_1931) -> Array:

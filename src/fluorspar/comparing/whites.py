@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from fluorspar.colour.xyz import lab_from_xyz, luminance, xyz_from_radiance
 from fluorspar.comparing.sides import ImageSide
 from fluorspar.errors import SpectrumError, message
+from fluorspar.files.names import file_and_column
 from fluorspar.image.dataset import add_up
 from fluorspar.image.display.appearance import auto_exposure
 from fluorspar.measuring.point_spectra import PointSpectra
@@ -126,6 +127,8 @@ def _illuminant(name: str, table: PointSpectra | None) -> Spectrum:
     try:
         return illuminant(name)
     except SpectrumError as err:
+        if file_and_column(name)[0].is_file():
+            raise
         points = f"a point ({', '.join(table.names)})" if table is not None else "no point, as there are none"
         fix = "" if table is not None else "give points (--points) to take a point as white"
         raise SpectrumError(

@@ -1,13 +1,36 @@
-"""The file an image is read from, and its name."""
+"""Names of files that are read, as text, and with the column of a table that is meant."""
 
 from __future__ import annotations
 
 import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from fluorspar.errors import ImageError, message
 
-__all__ = ["check_source", "text_of"]
+__all__ = ["check_source", "encodable", "file_and_column", "text_of"]
+
+
+def file_and_column(path: str | os.PathLike[str]) -> tuple[Path, str]:
+    """Split `lamp.csv:second` into the file and the name of a column in it.
+
+    A file that exists by the whole name is that file.
+
+    Examples
+    --------
+    >>> file_and_column("lamp.csv")[1]
+    ''
+    >>> file_and_column(f"{__file__}:second")[1]
+    'second'
+    """
+    text = os.fspath(path)
+    if not os.path.isfile(text):
+        for at in (place for place, letter in enumerate(text) if letter == ":"):
+            if os.path.isfile(text[:at]):
+                return Path(text[:at]), text[at + 1 :].strip()
+    return Path(path), ""
 
 
 def text_of(path: str | os.PathLike[str]) -> str:
@@ -43,8 +66,36 @@ def check_source(path: str | os.PathLike[str]) -> Path:
       where:    no-such-file.nc
     """
     path = Path(path)
-    if path.is_dir():
+    try:
+        folder, file = path.is_dir(), path.is_file()
+    except OSError as err:
+        raise ImageError(message("the image file cannot be read", where=path, got=err.strerror)) from err
+    if folder:
         raise ImageError(message("the image file is a directory", where=path, fix="name a file in it"))
-    if not path.is_file():
+    if not file:
         raise ImageError(message("the image file does not exist", where=path))
     return path
+
+
+@contextmanager
+def encodable(path: Path) -> Iterator[str]:
+    """Give a name of a file in UTF-8, for libraries that take no other; its folder gets another name meanwhile.
+
+    Parameters
+    ----------
+    path : Path
+        Names may be any bytes.
+
+    Examples
+    --------
+    >>> with encodable(Path("room.exr")) as name:
+    ...     print(name)
+    room.exr
+    """
+    if text_of(path) == str(path):
+        yield str(path)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        link = Path(folder) / "file"
+        link.symlink_to(path.absolute())
+        yield str(link)

@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 import errno
+import fcntl
+import glob
 import os
+import platform
 import shutil
 import signal
 import threading
+import time
 import uuid
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fluorspar.errors import ImageError, OptionError, message
+from fluorspar.files.names import file_and_column
 
-__all__ = ["check_not_input", "check_target", "replacing", "temporary_name", "undisturbed", "write_error"]
+__all__ = ["Temporary", "check_not_input", "check_target", "replacing", "undisturbed", "write_error"]
+
+_HOST = f"{zlib.crc32(platform.node().encode()):08x}"
+_NAME = 40  # characters of a name that its temporary name begins with: 255 bytes are the limit
+_OLD = 7 * 86400.0  # s
 
 
 def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
@@ -30,20 +40,25 @@ def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
     Returns
     -------
     Path
+        Of the file itself: a symbolic link is followed.
 
     Raises
     ------
     ImageError
-        If the directory is missing or not writable, the target is a directory, or the disk has too little
-        space left.
+        If the directory is missing or not writable, the target is a directory or read-only, its name is too
+        long, or the disk has too little space left.
 
     Examples
     --------
     >>> check_target("picture.png").name
     'picture.png'
     """
-    path = Path(path)
-    parent = path.parent
+    given = Path(path)
+    try:
+        path = Path(os.path.realpath(given)) if given.is_symlink() else given
+        there, parent = path.exists(), path.parent
+    except OSError as err:
+        raise ImageError(message("the file cannot be written", where=given, got=err.strerror)) from err
     if not parent.is_dir():
         raise ImageError(
             message(
@@ -52,6 +67,14 @@ def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
         )
     if path.is_dir():
         raise ImageError(message("the file to write is a directory", where=path, fix="name a file in it"))
+    if there and not path.is_file():
+        fix = "name a regular file, or one that does not exist"
+        raise ImageError(
+            message("what is there already is not a file that can be replaced", where=path, fix=fix)
+        )
+    if there and not (path.stat().st_mode & 0o222 and os.access(path, os.W_OK)):
+        fix = f"name another file, or allow it: chmod u+w {path}"
+        raise ImageError(message("the file to write exists and is read-only", where=path, fix=fix))
     if not os.access(parent, os.W_OK):
         raise ImageError(
             message("the directory cannot be written to", where=parent, fix="choose another directory")
@@ -82,7 +105,8 @@ def check_not_input(
     target : str or path-like
         The file to be written.
     *inputs : str or path-like or None
-        The files that are read. What names no file, such as a material of the library, does not count.
+        The files that are read, perhaps with a column (see `file_and_column`). What names no file, such as a material
+        of the library, does not count.
     fault : str
         What to call it.
 
@@ -98,19 +122,79 @@ def check_not_input(
     if not os.path.exists(target):
         return
     for source in inputs:
-        if source is not None and os.path.isfile(source) and os.path.samefile(source, target):
+        file = None if source is None else file_and_column(source)[0]
+        if file is not None and file.is_file() and file.samefile(target):
             raise OptionError(message(fault, where=source, got=target, fix="name another file to write"))
 
 
-def temporary_name(path: Path) -> Path:
-    """Name a temporary file beside `path`, so that renaming it is one step of the file system.
+class Temporary:
+    """A new file beside `target`, in its stead until it is whole.
+
+    It is locked while its writer lives. What writers that were killed have left there is removed first: files whose
+    lock is free, and of other hosts, whose locks may not be seen here, only after a week.
+
+    Parameters
+    ----------
+    target : Path
+        As `check_target` returns it. The new file gets its permissions, if it exists.
+
+    Raises
+    ------
+    OSError
+        If no file can be made there.
 
     Examples
     --------
-    >>> temporary_name(Path("out/room.nc")).parent.name
-    'out'
+    >>> import tempfile
+    >>> target = Path(tempfile.mkdtemp()) / "note.txt"
+    >>> temporary = Temporary(target)
+    >>> _ = temporary.path.write_text("whole")
+    >>> temporary.keep()
+    >>> [path.name for path in target.parent.iterdir()]
+    ['note.txt']
     """
-    return path.with_name(f".{path.name}.{uuid.uuid4().hex[:12]}.tmp")
+
+    def __init__(self, target: Path) -> None:
+        self._target = target
+        start = f".{target.name[:_NAME]}."
+        _remove_stale(target.parent, start)
+        self._lock = -1
+        while self._lock < 0:
+            self.path = target.with_name(f"{start}{_HOST}-{uuid.uuid4().hex[:8]}.tmp")
+            self._lock = os.open(self.path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666)
+            with suppress(OSError):  # there are file systems without locks
+                fcntl.flock(self._lock, fcntl.LOCK_EX)
+            if not os.fstat(self._lock).st_nlink:  # taken for a stale one before it was locked
+                self.drop()
+
+    def keep(self) -> None:
+        """Give the file the name of its target."""
+        if self._target.exists():
+            shutil.copymode(self._target, self.path)
+        os.replace(self.path, self._target)
+        self.drop()
+
+    def drop(self) -> None:
+        """Remove the file, if it has not been kept."""
+        if self._lock >= 0:
+            with suppress(OSError):
+                self.path.unlink(missing_ok=True)
+            os.close(self._lock)
+            self._lock = -1
+
+
+def _remove_stale(folder: Path, start: str) -> None:
+    """Remove temporary files whose writers are dead."""
+    for path in folder.glob(f"{glob.escape(start)}*.tmp"):
+        with suppress(OSError):
+            lock = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                here = path.name.startswith(f"{start}{_HOST}-")
+                if here or time.time() - os.fstat(lock).st_mtime > _OLD:
+                    path.unlink()
+            finally:
+                os.close(lock)
 
 
 def write_error(path: Path, err: BaseException) -> ImageError:
@@ -133,6 +217,8 @@ def write_error(path: Path, err: BaseException) -> ImageError:
 @contextmanager
 def replacing(path: str | os.PathLike[str], size: int = 0) -> Iterator[Path]:
     """Give a temporary path to write to; rename it to `path` at the end, remove it after an exception.
+
+    A file that was there keeps its permissions; a symbolic link stays, and the file it leads to is replaced.
 
     Parameters
     ----------
@@ -161,15 +247,16 @@ def replacing(path: str | os.PathLike[str], size: int = 0) -> Iterator[Path]:
     ('whole', 1)
     """
     path = check_target(path, size)
-    temporary = temporary_name(path)
+    temporary = None
     try:
-        yield temporary
-        os.replace(temporary, path)
+        temporary = Temporary(path)
+        yield temporary.path
+        temporary.keep()
     except (OSError, RuntimeError) as err:
         raise write_error(path, err) from err
     finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.drop()
 
 
 @contextmanager

@@ -19,14 +19,17 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ImageError, SpectrumError, message
+from fluorspar.files.memory import check_memory
 from fluorspar.image.components import COMPONENTS, TOTAL
 from fluorspar.image.units import NOT_STATED, UNITS, quantity_of, unit_of
+from fluorspar.spectral.uneven import grid_through
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -41,9 +44,11 @@ __all__ = [
     "check_dataset",
     "decoded_attrs",
     "grid_of",
+    "load",
     "make_dataset",
     "names_of",
     "plain_attrs",
+    "readable",
     "row_blocks",
     "values_of",
     "variable_attrs",
@@ -60,7 +65,10 @@ WAVELENGTH_ATTRS = {"units": "nm", "standard_name": "radiation_wavelength"}
 
 _BLOCK_BYTES = 32 * 2**20
 _BLOCK_ROWS = 16
-_EXPECTED = "radiance(component, y, x, wavelength) and, optionally, standard_error(y, x, wavelength)"
+_EXPECTED = (
+    "radiance(component, y, x, wavelength) and, optionally, standard_error(y, x, wavelength); or an image of three "
+    "dimensions and 'wavelength' along one of them"
+)
 
 
 def make_dataset(
@@ -172,12 +180,12 @@ def check_dataset(dataset: xr.Dataset, where: object = None) -> xr.Dataset:
     Examples
     --------
     >>> import xarray as xr
-    >>> check_dataset(xr.Dataset(), where="empty.nc")
+    >>> check_dataset(xr.Dataset(), where="empty.nc")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
     fluorspar.errors.ImageError: this is not a spectral image of Fluorspar: it has no variable 'radiance'
       where:    empty.nc
-      expected: radiance(component, y, x, wavelength) and, optionally, standard_error(y, x, wavelength)
+      expected: radiance(component, y, x, wavelength) and, optionally, standard_error(y, x, wavelength); or ...
     """
     problem = ""
     if "radiance" not in dataset:
@@ -185,6 +193,8 @@ def check_dataset(dataset: xr.Dataset, where: object = None) -> xr.Dataset:
     for name, (_, dims) in VARIABLES.items():
         if not problem and name in dataset and dataset[name].dims != dims:
             problem = f"{name} has the dims {dataset[name].dims}"
+        if not problem and name in dataset and dataset[name].dtype.kind not in "fiu":
+            problem = f"{name} holds no real numbers"
     if not problem:
         missing = [name for name in ("component", "wavelength") if name not in dataset.coords]
         names = [] if missing else [str(name) for name in dataset["component"].values]
@@ -211,13 +221,47 @@ def check_dataset(dataset: xr.Dataset, where: object = None) -> xr.Dataset:
 
 
 def grid_of(dataset: xr.Dataset) -> Wavelengths:
-    """The wavelength grid of a spectral image."""
-    return Wavelengths.from_values(dataset["wavelength"].values)
+    """The wavelengths of a spectral image, which may be uneven."""
+    return grid_through(dataset["wavelength"].values, dataset.encoding.get("source"), SpectrumError)
 
 
 def names_of(dataset: xr.Dataset) -> tuple[str, ...]:
     """The names of the components a spectral image holds, in their order."""
     return tuple(str(name) for name in dataset["component"].values)
+
+
+@contextmanager
+def readable(where: object) -> Iterator[None]:
+    """Turn what HDF5 raises while it reads damaged pixels into an error that names the file."""
+    try:
+        yield
+    except (OSError, RuntimeError, KeyError) as err:
+        raise ImageError(
+            message(
+                "pixels of the image cannot be read",
+                where=where,
+                got=str(err).splitlines()[0] if str(err) else type(err).__name__,
+                fix="the file is damaged: write or copy it again",
+            )
+        ) from err
+
+
+def load(dataset: xr.Dataset) -> xr.Dataset:
+    """Load all of an image into memory; return it.
+
+    Raises
+    ------
+    ImageError
+        If it does not fit, or the file is damaged.
+    """
+    _check_size(dataset, sum(4 * dataset[name].size for name in VARIABLES if name in dataset))
+    with readable(dataset.encoding.get("source")):
+        return dataset.load()
+
+
+def _check_size(dataset: xr.Dataset, needed: int, what: str = "spectra") -> None:
+    size = f"{dataset.sizes['x']} x {dataset.sizes['y']} pixels"
+    check_memory(needed, dataset.encoding.get("source"), f"{what} of {size}")
 
 
 def values_of(
@@ -250,7 +294,10 @@ def values_of(
     index: dict[str, Any] = {"y": rows}
     if component is not None:
         index["component"] = names_of(dataset).index(component)
-    return np.asarray(dataset[variable].isel(index).values, np.float32)
+    chosen = dataset[variable].isel(index)
+    _check_size(dataset, 4 * chosen.size)
+    with readable(dataset.encoding.get("source")):
+        return np.asarray(chosen.values, np.float32)
 
 
 def add_up(dataset: xr.Dataset, components: Sequence[str], rows: slice = slice(None)) -> NDArray[np.float32]:
@@ -283,7 +330,19 @@ def add_up(dataset: xr.Dataset, components: Sequence[str], rows: slice = slice(N
 
 
 def row_blocks(dataset: xr.Dataset) -> Iterator[slice]:
-    """Cut an image into blocks of rows of about 32 MB a component, whole chunks of the file if possible."""
+    """Cut an image into blocks of rows of about 32 MB a component, whole chunks of the file if possible.
+
+    Raises
+    ------
+    ImageError
+        If not even three numbers a pixel would fit into memory: no image is that large, its file is damaged.
+    """
+    pixels = dataset.sizes["y"] * dataset.sizes["x"]
+    _check_size(dataset, 3 * 8 * pixels, "three numbers a pixel")
+    return _row_blocks(dataset)
+
+
+def _row_blocks(dataset: xr.Dataset) -> Iterator[slice]:
     height, width, bands = (dataset.sizes[dim] for dim in ("y", "x", "wavelength"))
     rows = _BLOCK_BYTES // max(4 * width * bands, 1)
     rows = max(rows // _BLOCK_ROWS * _BLOCK_ROWS, min(rows, _BLOCK_ROWS), 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,15 +13,17 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import OptionError, message
+from fluorspar.errors import FluorsparWarning, OptionError, RendererError, message
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.formats.netcdf import NetcdfWriter
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["Pixels", "PixelsInFile", "PixelsInMemory", "Target", "check_streamed"]
+__all__ = ["FinishedPixels", "Pixels", "PixelsInFile", "PixelsInMemory", "Target", "check_streamed"]
 
 Array = NDArray[np.float32]
+
+_LARGEST = 1e18  # the standard error needs squares
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,72 @@ class Pixels:
         return Pixels(
             self.radiance[:, run], self.standard_error[run], None if errors is None else errors[:, run]
         )
+
+
+class FinishedPixels:
+    """What all pixels of an image go through: numbers that are not finite are an error, and darkness is said.
+
+    Parameters
+    ----------
+    grid : Wavelengths
+    width : int
+        Pixels of a row.
+    """
+
+    def __init__(self, grid: Wavelengths, width: int) -> None:
+        self._grid, self._width = grid, width
+        self._dark = True
+
+    def add(self, first: int, pixels: Pixels) -> None:
+        """Look at the pixels from number `first` on.
+
+        Raises
+        ------
+        RendererError
+            If a radiance is not finite or above 1e18, or a standard error infinite; one that is NaN was not estimated.
+        """
+        for name, radiance in zip(COMPONENTS, pixels.radiance, strict=False):
+            square = _square(radiance)
+            if not np.isfinite(square):
+                self._refuse(first, f"component {name}", ~(np.abs(radiance) < _LARGEST))
+            self._dark = self._dark and square == 0 and not radiance.any()
+        errors = pixels.component_standard_error
+        for error in (pixels.standard_error, *(() if errors is None else errors)):
+            if not np.isfinite(_square(error)):
+                self._refuse(first, "a standard error", np.isinf(error))
+
+    def finish(self) -> None:
+        """Warn if the image is 0 everywhere."""
+        if self._dark:
+            text = (
+                f"the image is 0 everywhere: perhaps the lamps give no light at {self._grid}, something stands between "
+                "them and what is seen, surfaces turn their black backs to it (twosided), or the camera is inside an "
+                "object or looks past everything"
+            )
+            warnings.warn(text, FluorsparWarning, stacklevel=6)
+
+    def _refuse(self, first: int, what: str, bad: NDArray[np.bool_]) -> None:
+        if not bad.any():
+            return  # only the sum is too large
+        pixels = np.flatnonzero(bad.any(axis=1))
+        y, x = divmod(first + int(pixels[0]), self._width)
+        nanometres = self._grid.values[int(np.flatnonzero(bad[pixels[0]])[0])]
+        raise RendererError(
+            message(
+                "the image holds values that are not finite numbers, or too large",
+                where=f"{what}, first in pixel ({x}, {y}) at {nanometres:g} nm",
+                got=f"such values in {len(pixels)} of {len(bad)} pixels",
+                expected=f"finite numbers below {_LARGEST:g}, whose squares fit into single precision",
+                fix="look for very large or small numbers in the scene: lights, distances, transforms",
+            )
+        )
+
+
+def _square(values: Array) -> float:
+    """Sum of the squares: not finite if a value is not, in a fifth of the time that `isfinite` takes."""
+    flat = values.ravel()
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.dot(flat, flat))
 
 
 class Target(Protocol):
@@ -128,6 +197,7 @@ class PixelsInMemory:
             fix = "stream it to a NetCDF file (-o NAME.nc, output='NAME.nc'), or make it smaller"
             raise OptionError(message("the image does not fit into memory", got=size, fix=fix)) from err
         self.kept = 0
+        self._finished = FinishedPixels(grid, width)
 
     def __enter__(self) -> PixelsInMemory:
         return self
@@ -139,9 +209,11 @@ class PixelsInMemory:
         return self._all, first
 
     def keep(self, first: int, count: int) -> None:
+        self._finished.add(first, self._all[first : first + count])
         self.kept = first + count
 
     def image(self, attrs: Mapping[str, Any], *, partial: bool) -> SpectralImage:
+        self._finished.finish()
         rest = self._all[self.kept :]
         for values in (rest.radiance, rest.standard_error, rest.component_standard_error):
             if values is not None:
@@ -180,6 +252,7 @@ class PixelsInFile:
         self._writer = NetcdfWriter(path, grid, height, width, component_errors=component_errors)
         self._bands, self._component_errors = len(grid), component_errors
         self._buffer = Pixels.empty(0, self._bands, component_errors)
+        self._finished = FinishedPixels(grid, width)
 
     def __enter__(self) -> PixelsInFile:
         self._writer.__enter__()
@@ -202,6 +275,7 @@ class PixelsInFile:
 
     def keep(self, first: int, count: int) -> None:
         filled = self._buffer[:count]
+        self._finished.add(first, filled)
         errors = filled.component_standard_error
         self._writer.write_pixels(
             first,
@@ -211,5 +285,6 @@ class PixelsInFile:
         )
 
     def image(self, attrs: Mapping[str, Any], *, partial: bool) -> SpectralImage:
+        self._finished.finish()
         self._writer.close(partial=partial, attrs=attrs)
         return SpectralImage.open(self._writer.path)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fluorspar.colour.xyz import CIE_1931
+from fluorspar.colour.observers import CIE_1931, observer_named
 from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.image.components import COMPONENTS, select
 from fluorspar.image.dataset import (
@@ -18,8 +18,10 @@ from fluorspar.image.dataset import (
     check_dataset,
     decoded_attrs,
     grid_of,
+    load,
     make_dataset,
     names_of,
+    readable,
     variable_attrs,
 )
 from fluorspar.image.units import is_radiance
@@ -113,7 +115,9 @@ class SpectralImage:
         )
 
     @classmethod
-    def open(cls, path: str | os.PathLike[str]) -> SpectralImage:
+    def open(
+        cls, path: str | os.PathLike[str], *, channel_wavelengths: Sequence[float] | None = None
+    ) -> SpectralImage:
         """Open an image file: NetCDF (`.nc`, read when used), spectral EXR (`.exr`) or ENVI (`.hdr`, read at once).
 
         EXR files of other programs and ENVI files hold an image that is not split: its one component is `total`.
@@ -121,11 +125,19 @@ class SpectralImage:
         Parameters
         ----------
         path : str or path-like
+        channel_wavelengths : sequence of float, optional
+            Wavelengths in nm of the channels of an EXR file whose names hold none, in the order of the numbers in
+            their names.
 
         Raises
         ------
         ImageError
             If the file is missing, truncated, of another kind, or not a spectral image.
+
+        Warns
+        -----
+        ApproximationWarning
+            If something in the file is not read, or had to be assumed.
 
         Examples
         --------
@@ -139,15 +151,17 @@ class SpectralImage:
         """
         from fluorspar.image.formats.registry import read_image
 
-        return cls(read_image(path))
+        return cls(read_image(path, channel_wavelengths))
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, compress: bool = False) -> None:
         """Write the image: `.nc` and `.exr` without loss, the total to `.hdr` (ENVI), its picture to `.png`.
 
         Parameters
         ----------
         path : str or path-like
             The file to be written or replaced; its suffix picks the format.
+        compress : bool
+            Pack a NetCDF file without loss: less than half the size, but written about ten times as slowly.
 
         Raises
         ------
@@ -166,11 +180,17 @@ class SpectralImage:
         """
         from fluorspar.image.formats.registry import write_image
 
-        write_image(self.dataset, path)
+        write_image(self.dataset, path, compress)
 
     def load(self) -> SpectralImage:
-        """Read all of the image into memory; return it."""
-        self.dataset.load()
+        """Read all of the image into memory; return it.
+
+        Raises
+        ------
+        ImageError
+            If it does not fit, or the file is damaged.
+        """
+        load(self.dataset)
         return self
 
     def close(self) -> None:
@@ -280,16 +300,15 @@ class SpectralImage:
             raise ImageError(message("the image holds no standard error"))
         return self.dataset["standard_error"]
 
-    def xyz(self, component: _Choice = None, *, observer: str = CIE_1931) -> xr.DataArray:
+    def xyz(self, component: _Choice = None, *, observer: str | int = CIE_1931) -> xr.DataArray:
         """CIE tristimulus values.
 
         Parameters
         ----------
         component : str or list of str, optional
             A component, several that are added up, or `total`, `single_bounce`, `reflected`, `luminescent`.
-        observer : str
-            Name of the colour matching functions in colour-science, such as "CIE 1964 10 Degree Standard
-            Observer".
+        observer : str or int
+            As for `fluorspar.colour.observers.observer_named`: 2, 10 or a name.
 
         Returns
         -------
@@ -310,6 +329,7 @@ class SpectralImage:
         """
         from fluorspar.image.display.appearance import xyz_of
 
+        observer = observer_named(observer)
         xyz = xyz_of(self.dataset, select(component, self.components), observer)
         units = "cd m-2" if observer == CIE_1931 and is_radiance(self.dataset.attrs) else "relative"
         return _labelled(xyz, "tristimulus", ["X", "Y", "Z"], f"tristimulus values, {observer}", units)
@@ -418,7 +438,8 @@ class SpectralImage:
                     expected=f"x from 0 to {width - 1}, y from 0 to {height - 1}",
                 )
             )
-        pixel = self.dataset.isel(x=x, y=y).load()
+        with readable(self.dataset.encoding.get("source")):
+            pixel = self.dataset.isel(x=x, y=y).load()
         # one by one, as in total(): numpy's sum may add in another order
         total = np.zeros(len(self.wavelengths), np.float32)
         for component in pixel["radiance"].values:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.colour.xyz import luminance
-from fluorspar.image.dataset import decoded_attrs, grid_of, names_of, values_of
+from fluorspar.image.dataset import VARIABLES, decoded_attrs, grid_of, names_of, values_of
 from fluorspar.image.units import is_radiance, quantity_of, unit_of
 
 if TYPE_CHECKING:
@@ -42,8 +42,9 @@ class Summary:
     def shares(self) -> dict[str, str]:
         """Share of each component in the mean luminance, in per cent."""
         whole = sum(self.luminances.values())
+        shown = np.isfinite(whole) and whole != 0
         return {
-            name: f"{100 * value / whole:.3g} %" if whole else "-" for name, value in self.luminances.items()
+            name: f"{100 * value / whole:.3g} %" if shown else "-" for name, value in self.luminances.items()
         }
 
     def text(self) -> str:
@@ -92,32 +93,42 @@ def summarise(dataset: xr.Dataset) -> Summary:
     """
     grid, names = grid_of(dataset), names_of(dataset)
     blocks = _sample(dataset)
-    spectra = {name: _mean(dataset, "radiance", blocks, name) for name in names}
+    means = {name: _mean(dataset, "radiance", blocks, name) for name in names}
+    spectra = {name: spectrum for name, (spectrum, _) in means.items()}
+    looked_at = sum(block.stop - block.start for block in blocks)
+    finished = min(share for _, share in means.values())
     luminances = {name: float(luminance(spectrum, grid)) for name, spectrum in spectra.items()}
     attrs = decoded_attrs(dataset.attrs)
     height, width = dataset.sizes["y"], dataset.sizes["x"]
+    memory = 4 * sum(dataset[name].size for name in VARIABLES if name in dataset) / 1e9
+    unit = "cd/m2" if is_radiance(attrs) else "(relative)"
     facts: dict[str, Any] = {
-        "size": f"{width} x {height} pixels",
-        "wavelengths": f"{grid}, {len(grid)} bands",
+        "size": f"{width} x {height} pixels" + (f", {memory:,.3g} GB in memory" if memory >= 0.1 else ""),
+        "wavelengths": f"{grid}" if "bands" in str(grid) else f"{grid}, {len(grid)} bands",
         "scene": attrs.get("scene"),
         "method": attrs.get("method"),
         "samples": None
         if "spp" not in attrs
         else f"{attrs['spp']} per pixel, seed {attrs.get('seed', 'not known')}",
         "quantity": None if is_radiance(attrs) else f"{quantity_of(attrs)}, unit {unit_of(attrs)}",
-        "mean luminance": f"{sum(luminances.values()):.4g} {'cd/m2' if is_radiance(attrs) else '(relative)'}",
+        "mean luminance": f"{sum(luminances.values()):.4g} {unit}" if finished else "not known",
     }
     lit = sum(float(spectrum.mean()) for name, spectrum in spectra.items() if name != "source")
     if "standard_error" in dataset and lit > 0:
-        error = float(_mean(dataset, "standard_error", blocks).mean())
-        facts["standard error"] = (
-            f"{100 * error / lit:.2g} % of the {quantity_of(attrs)} without lamps, per pixel and band"
-        )
+        error = float(_mean(dataset, "standard_error", blocks)[0].mean())
+        if np.isfinite(error):
+            facts["standard error"] = (
+                f"{100 * error / lit:.2g} % of the {quantity_of(attrs)} without lamps, per pixel and band"
+            )
     if attrs.get("partial"):
-        facts["partial"] = "yes, the render was stopped before its end"
-    rows = sum(block.stop - block.start for block in blocks)
-    if rows < height:
-        facts["means"] = f"over {rows} of the {height} rows"
+        facts["partial"] = (
+            f"the render was stopped before its end: {100 * finished:.3g} % of the pixels are finished"
+            + (", over which means are taken" if finished else "")
+        )
+    if looked_at < height:
+        facts["means"] = (
+            f"over {looked_at} of the {height} rows" if looked_at else "not taken: the image is too large"
+        )
     return Summary(
         tuple(
             (name, value if isinstance(value, str) else str(value)) for name, value in facts.items() if value
@@ -131,20 +142,24 @@ def _sample(dataset: xr.Dataset) -> list[slice]:
     height = dataset.sizes["y"]
     starts = range(0, height, _BLOCK_ROWS)
     every = -(-4 * dataset["radiance"].size // _SAMPLE_BYTES)
-    return [slice(start, min(start + _BLOCK_ROWS, height)) for start in starts[every // 2 :: max(every, 1)]]
+    if every > 2 * len(starts):
+        return []  # not even a few rows can be read in a moment
+    first = 0 if dataset.attrs.get("partial") else every // 2  # renders begin at the top
+    return [slice(start, min(start + _BLOCK_ROWS, height)) for start in starts[first :: max(every, 1)]]
 
 
 def _mean(
     dataset: xr.Dataset, variable: str, blocks: list[slice], component: str | None = None
-) -> NDArray[np.float64]:
-    """Mean spectrum of the rendered pixels, ndarray of shape (N,)."""
+) -> tuple[NDArray[np.float64], float]:
+    """Mean spectrum of the finished pixels, ndarray of shape (N,), and the share of these."""
     total = np.zeros(dataset.sizes["wavelength"])
-    count = 0
+    count = pixels = 0
     for rows in blocks:
         spectra = values_of(dataset, variable, rows, component).reshape(-1, len(total))
         known = np.isfinite(spectra[:, 0])
+        pixels += len(spectra)
         if not known.all():
             spectra = spectra[known]
         total += np.ones(len(spectra), np.float32) @ spectra
         count += len(spectra)
-    return total / count if count else np.full_like(total, np.nan)
+    return (total / count, count / pixels) if count else (np.full_like(total, np.nan), 0.0)

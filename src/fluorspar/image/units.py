@@ -8,13 +8,14 @@ radiance in W m-2 sr-1 nm-1.
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fluorspar.errors import ImageError, message
+from fluorspar.errors import ApproximationWarning, ImageError, message
 
 __all__ = [
     "NOT_STATED",
@@ -147,7 +148,7 @@ def wavelengths_in_nm(at: ArrayLike, unit: str, where: object, fix: str = "") ->
     ----------
     at : array_like of shape (N,)
     unit : str
-        As the file spells it; without one, numbers above 100 are taken for nm.
+        As the file spells it; without one, numbers above 100 are taken for nm, those from 0.2 to 20 for micrometres.
     where : object
         The file, for messages.
     fix : str
@@ -158,6 +159,11 @@ def wavelengths_in_nm(at: ArrayLike, unit: str, where: object, fix: str = "") ->
     ImageError
         If the unit is not known.
 
+    Warns
+    -----
+    ApproximationWarning
+        If there is none; the warning says what is assumed.
+
     Examples
     --------
     >>> wavelengths_in_nm([0.4, 0.5], "Micrometers", "a.hdr")
@@ -167,8 +173,14 @@ def wavelengths_in_nm(at: ArrayLike, unit: str, where: object, fix: str = "") ->
     name = unit.strip().lower()
     if name in _IN_NM:
         return values * _IN_NM[name]
-    if name in ("", "unknown") and values.min() > 100:
-        return values  # no instrument measures 100 micrometres here
+    assumed = _assumed_unit(values) if name in ("", "unknown") else ""
+    if assumed:
+        low, high = values.min(), values.max()
+        text = (
+            f"{where}: the unit of the wavelengths is not stated: {low:g} to {high:g} are taken for {assumed}"
+        )
+        warnings.warn(text, ApproximationWarning, stacklevel=5)
+        return values * _IN_NM[assumed]
     raise ImageError(
         message(
             "the unit of the wavelengths is not known",
@@ -178,3 +190,11 @@ def wavelengths_in_nm(at: ArrayLike, unit: str, where: object, fix: str = "") ->
             fix=fix,
         )
     )
+
+
+def _assumed_unit(values: NDArray[np.float64]) -> str:
+    """The unit that wavelengths must have by their size; none for what may be the numbers of the bands."""
+    if values.min() > 100:
+        return "nm"
+    numbered = np.array_equal(np.sort(values), np.arange(len(values)) + 1)
+    return "um" if values.min() >= 0.2 and values.max() <= 20 and not numbered else ""

@@ -88,7 +88,7 @@ def camera_of(scene: Scene) -> Camera:
                 "points cannot be projected by this camera", got=plugin, expected="perspective or thinlens"
             )
         )
-    with use_variant(SPECTRUM_VARIANT), resolving(scene.base):
+    with use_variant(SPECTRUM_VARIANT), resolving(*scene.folders):
         import mitsuba as mi
 
         set_film(state, scene.settings)

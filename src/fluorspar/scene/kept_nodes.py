@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fluorspar.errors import SceneError, SceneNotice, message
-from fluorspar.scene.nodes import kind, resolving
+from fluorspar.scene.nodes import kind, resolved, resolving
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.variants import SPECTRUM_VARIANT, use_variant
 
@@ -34,10 +34,8 @@ class Fingerprint:
 
 def fingerprint(state: Any) -> Fingerprint:
     """Take the fingerprint of a parsed scene; its folder must be that of Mitsuba's file resolver."""
-    import mitsuba as mi
-
     meshes = [
-        str(mi.file_resolver().resolve(node.props["filename"]))
+        str(resolved(node.props["filename"]))
         for node in state.nodes
         if kind(node) == "Shape" and "filename" in node.props
     ]
@@ -64,12 +62,20 @@ class KeptNodes:
     recipe : Recipe
     state : mitsuba.parser.ParserState
         What `recipe.parse` has just returned.
+
+    Attributes
+    ----------
+    folders : tuple of str
+        Where Mitsuba looks for the files of the scene: those that the scene names (`<path>`), its own, and others.
     """
 
     def __init__(self, recipe: Recipe, state: Any) -> None:
+        import mitsuba as mi
+
         self._recipe = recipe
         self._fingerprint = fingerprint(state)
         self._state = state
+        self.folders = tuple(map(str, mi.file_resolver()))
 
     def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "_state": None}

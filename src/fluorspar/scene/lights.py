@@ -7,11 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from fluorspar.errors import ApproximationWarning, SceneError, message
+from fluorspar.scene.averages import average_light
+from fluorspar.scene.node_checks import LARGEST
 from fluorspar.scene.nodes import label
-from fluorspar.scene.plugin_spectra import SpatialVariation, average_light, plugin_spectrum
+from fluorspar.scene.plugin_spectra import SpatialVariation, plugin_spectrum
+from fluorspar.scene.suggestion import did_you_mean
+from fluorspar.spectral.illuminants import without_noise
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["LIGHTS", "Light", "give_spectrum", "read_light", "spectrum_property"]
+__all__ = ["LIGHTS", "Light", "give_spectrum", "light_names", "read_light", "spectrum_property"]
 
 LIGHTS = {
     "area": ("radiance", "W m-2 sr-1 nm-1"),
@@ -74,7 +78,15 @@ def give_spectrum(props: Any, light: Light, spectrum: Any) -> None:
     props[spectrum_property(light)] = spectrum
 
 
-def read_light(state: Any, index: int, where: str, *, matte: bool) -> Light:
+def light_names(state: Any, index: int, shape: int | None) -> tuple[str, str]:
+    """The name of an emitter node, and how messages say where it is."""
+    own = label(state.nodes[index], index)
+    on = None if shape is None else label(state.nodes[shape], shape)
+    name = state.nodes[index].props.id() or (own if on is None else f"shape {on}")
+    return name, f"light {own}" if on is None else f"light {own} of shape {on}"
+
+
+def read_light(state: Any, index: int, shape: int | None, *, matte: bool) -> Light:
     """Read an emitter node.
 
     Parameters
@@ -83,26 +95,26 @@ def read_light(state: Any, index: int, where: str, *, matte: bool) -> Light:
         Parsed scene; the variant set is `scalar_spectral`.
     index : int
         The node.
-    where : str
-        What the light is on, for messages.
+    shape : int or None
+        The node of the shape that it is on.
     matte : bool
         Render a light that varies as one of its average radiance, with a warning.
 
     Raises
     ------
     SceneError
-        If the light is of another kind, varies, or is negative.
+        If the light is of another kind, varies, is negative, or too bright for single precision.
     """
     node = state.nodes[index]
     plugin, props = node.props.plugin_name(), node.props
-    name = props.id() or where
+    name, where = light_names(state, index, shape)
     if plugin in LIGHTS:
         quantity, unit = LIGHTS[plugin]
         if plugin == "spot" and "texture" in props:
             raise SceneError(
                 message(
                     "a spot light with a texture is not supported",
-                    where=f"light {label(node, index)} of {where}",
+                    where=where,
                 )
             )
         spectrum_name = f"{quantity} of light '{name}'"
@@ -113,20 +125,21 @@ def read_light(state: Any, index: int, where: str, *, matte: bool) -> Light:
         except SpatialVariation:
             if not matte:
                 raise
-            spectrum = _average(state, index, name)
+            spectrum = _average(state, index, shape, name)
     elif plugin in _AVERAGED and matte:
-        spectrum, unit = _average(state, index, name), LIGHTS["constant"][1]
+        spectrum, unit = _average(state, index, shape, name), LIGHTS["constant"][1]
     else:
         raise SceneError(
             message(
                 f"light '{plugin}' is not supported",
-                where=f"light {label(node, index)} of {where}",
+                where=where,
                 expected=f"one of {', '.join(LIGHTS)}",
                 fix="use --matte (matte=True) for a constant light of its average"
                 if plugin in _AVERAGED
-                else "replace it",
+                else did_you_mean(plugin, LIGHTS) or "replace it",
             )
         )
+    spectrum = without_noise(spectrum)
     if (spectrum.values < 0).any():
         raise SceneError(
             message(
@@ -136,13 +149,22 @@ def read_light(state: Any, index: int, where: str, *, matte: bool) -> Light:
                 expected=">= 0",
             )
         )
+    if (spectrum.values >= LARGEST).any():
+        raise SceneError(
+            message(
+                "a light is too bright for single precision",
+                where=f"light '{name}'",
+                got=float(spectrum.values.max()),
+                expected=f"below {LARGEST:g} {unit}",
+            )
+        )
     return Light(name, plugin, spectrum, unit, index)
 
 
-def _average(state: Any, index: int, name: str) -> Spectrum:
+def _average(state: Any, index: int, shape: int | None, name: str) -> Spectrum:
     warnings.warn(
         f"light '{name}' is rendered with its average radiance everywhere",
         ApproximationWarning,
         stacklevel=3,
     )
-    return average_light(state, index, f"light '{name}'")
+    return average_light(state, index, shape, f"light '{name}'")

@@ -10,20 +10,19 @@ from typing import Any
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import SceneError, SceneNotice, message
 from fluorspar.scene.kept_nodes import KeptNodes
-from fluorspar.scene.nodes import children, kind, label, resolving
+from fluorspar.scene.node_checks import check_meshes, warn_of_rotations
+from fluorspar.scene.nodes import build, children, kind, label, resolving
 from fluorspar.scene.recipe import recipe_of
 from fluorspar.scene.scene import Scene
-from fluorspar.scene.sensor import film_node, sensor_node
-from fluorspar.scene.settings import UNLIMITED, Settings
+from fluorspar.scene.sensor import film_node, sampler_node, sensor_node
+from fluorspar.scene.settings import UNLIMITED, Settings, whole
+from fluorspar.scene.suggestion import did_you_mean, plugin_names
 from fluorspar.scene.surfaces import read_surfaces
 from fluorspar.scene.variants import SPECTRUM_VARIANT, use_variant
 
 __all__ = ["load_scene"]
 
-_FILM_PROPERTIES = (
-    *("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y", "sample_border"),
-    *("file_format", "pixel_format", "component_format", "compensate"),
-)
+_FOLLOWED = ("path", "direct")  # integrators that are taken at their word; others are replaced with a notice
 
 
 def load_scene(
@@ -74,6 +73,8 @@ def load_scene(
         recipe = recipe_of(source, materials=materials, matte=matte, parameters=parameters, library=library)
         with resolving(recipe.base):
             state = recipe.parse()
+            check_meshes(state)
+            warn_of_rotations(state)
             settings = _settings(state)
             table = read_surfaces(state, recipe)
             nodes = KeptNodes(recipe, state)
@@ -88,21 +89,6 @@ def load_scene(
     )
 
 
-def _check_names(props: Any, plugin: str, known: tuple[str, ...]) -> None:
-    """Find misspelt properties of a plugin that is never built, so that Mitsuba does not see them."""
-    import mitsuba as mi
-
-    plain = (name for name in props.keys() if props.type(name) != mi.Properties.Type.ResolvedReference)  # noqa: SIM118
-    if props.plugin_name() == plugin and (unknown := sorted(set(plain) - set(known))):
-        raise SceneError(
-            message(
-                f"'{plugin}' has no property '{unknown[0]}'",
-                where=props.id() or plugin,
-                expected=", ".join(known),
-            )
-        )
-
-
 def _integrators(state: Any, parent: int) -> Iterator[int]:
     """Go through the integrators below a node, those inside another (`aov`) too."""
     for _, index in children(state, parent):
@@ -115,50 +101,58 @@ def _settings(state: Any) -> Settings:
     """Read size, samples and depths; what the scene leaves open is as in Mitsuba."""
     sensor = sensor_node(state)
     if (count := sum(kind(state.nodes[index]) == "Sensor" for _, index in children(state, 0))) > 1:
-        text = f"the scene has {count} sensors; the first one, {label(state.nodes[sensor], sensor)}, is used"
-        warnings.warn(text, SceneNotice, stacklevel=2)
-    if film_node(state) is None:
+        _notice(
+            f"the scene has {count} sensors; the first one, {label(state.nodes[sensor], sensor)}, is used"
+        )
+    if "srf" in state.nodes[sensor].props:
+        _notice(
+            "the spectral response of the camera (srf) is ignored: an image holds the radiance of each wavelength"
+        )
+    film = film_node(state)
+    if film is None:
         where = label(state.nodes[sensor], sensor)
         raise SceneError(
             message("the camera has no film", where=where, expected="a film with width and height")
         )
-    width, height, spp = 768, 576, 4
-    for _, index in children(state, sensor):
-        props = state.nodes[index].props
-        if kind(state.nodes[index]) == "Sampler":
-            spp = int(props.get("sample_count", 4))
-        elif kind(state.nodes[index]) == "Film":
-            _check_names(props, "hdrfilm", _FILM_PROPERTIES)
-            width = int(props.get("crop_width", props.get("width", 768)))
-            height = int(props.get("crop_height", props.get("height", 576)))
-            for _, child in children(state, index):
-                if (
-                    kind(state.nodes[child]) == "ReconstructionFilter"
-                    and state.nodes[child].props.plugin_name() != "box"
-                ):
-                    warnings.warn(
-                        f"the pixel filter '{state.nodes[child].props.plugin_name()}' is replaced by a box",
-                        SceneNotice,
-                        stacklevel=2,
-                    )
+    width, height = _size(state, film)
+    sampler = sampler_node(state)
+    spp = 4 if sampler is None else whole("sample_count", state.nodes[sampler].props.get("sample_count", 4))
     max_depth, rr_depth = UNLIMITED, 5
     for index in _integrators(state, 0):
-        props = state.nodes[index].props
-        _check_names(props, "path", ("max_depth", "rr_depth", "hide_emitters", "timeout"))
-        max_depth = int(props.get("max_depth", max_depth))
-        rr_depth = int(props.get("rr_depth", rr_depth))
-        if props.plugin_name() == "direct":
+        props, plugin = state.nodes[index].props, state.nodes[index].props.plugin_name()
+        if plugin in _FOLLOWED or (plugin not in plugin_names() and did_you_mean(plugin, plugin_names())):
+            build(state, index)  # Mitsuba knows best which properties it has; Fluorspar never builds it
+        max_depth = whole("max_depth", props.get("max_depth", max_depth))
+        rr_depth = whole("rr_depth", props.get("rr_depth", rr_depth))
+        if plugin == "direct":
             max_depth = 2
-        elif props.plugin_name() != "path":
-            warnings.warn(
-                f"the integrator '{props.plugin_name()}' is replaced by Fluorspar's own",
-                SceneNotice,
-                stacklevel=2,
-            )
+        elif plugin != "path":
+            _notice(f"the integrator '{plugin}' is replaced by Fluorspar's own")
         if props.get("hide_emitters", False):
-            warnings.warn(
-                "hide_emitters is ignored: lights seen directly are component 'source', which can be left out",
-                SceneNotice,
-                stacklevel=2,
+            _notice(
+                "hide_emitters is ignored: lights seen directly are component 'source', which can be left out"
             )
     return Settings(width, height, spp, max_depth, rr_depth)
+
+
+def _size(state: Any, film: int) -> tuple[int, int]:
+    """Width and height of the image; what else a film says is checked by Mitsuba, and ignored."""
+    build(state, film)
+    props = state.nodes[film].props
+    if props.plugin_name() == "specfilm":
+        _notice(
+            "the bands of the film 'specfilm' are ignored: an image holds the radiance of each wavelength of its grid "
+            "(--wavelengths)"
+        )
+    for _, child in children(state, film):
+        plugin = state.nodes[child].props.plugin_name()
+        if kind(state.nodes[child]) == "ReconstructionFilter" and plugin != "box":
+            _notice(f"the pixel filter '{plugin}' is replaced by a box")
+    return (
+        int(props.get("crop_width", props.get("width", 768))),
+        int(props.get("crop_height", props.get("height", 576))),
+    )
+
+
+def _notice(text: str) -> None:
+    warnings.warn(text, SceneNotice, stacklevel=4)

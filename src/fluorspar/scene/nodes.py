@@ -6,17 +6,50 @@ user wrote, so surfaces and lights are identified here.
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from fluorspar.errors import SceneError, message
+from fluorspar.scene.builtin import BUILTIN
+from fluorspar.scene.spectrum_files import with_spectrum_files
+from fluorspar.scene.suggestion import did_you_mean, plugin_names
 
-__all__ = ["FLUORESCENT", "build", "children", "copy_nodes", "kind", "label", "parse_scene", "resolving"]
+__all__ = [
+    "FLUORESCENT",
+    "below",
+    "build",
+    "children",
+    "copy_nodes",
+    "kind",
+    "label",
+    "parse_scene",
+    "resolved",
+    "resolving",
+]
 
 FLUORESCENT = "fluorescent"
 """Name of the BSDF plugin of fluorescent surfaces."""
+
+_COMMON_PROPERTIES = (  # Mitsuba does not tell which ones a plugin has
+    *("filename", "to_world", "center", "radius", "p0", "p1", "flip_normals", "face_normals"),
+    *("radiance", "intensity", "irradiance", "position", "direction", "cutoff_angle", "beam_width", "scale"),
+    *("fov", "fov_axis", "near_clip", "far_clip", "focus_distance", "aperture_radius", "shutter_open"),
+    *("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y", "pixel_format"),
+    *("component_format", "file_format", "sample_count", "seed", "max_depth", "rr_depth", "hide_emitters"),
+    *(
+        "reflectance",
+        "diffuse_reflectance",
+        "specular_reflectance",
+        "int_ior",
+        "ext_ior",
+        "alpha",
+        "material",
+    ),
+)
 
 
 def parser_config(variant: str) -> Any:
@@ -30,16 +63,30 @@ def parser_config(variant: str) -> Any:
 
 
 @contextmanager
-def resolving(base: Path) -> Iterator[None]:
-    """Let Mitsuba resolve relative file names against the folder `base` in the body of a `with` statement."""
+def resolving(*folders: str | Path) -> Iterator[None]:
+    """Let Mitsuba look for files in `folders` first, in the body of a `with` statement; then all is as before.
+
+    A scene file that is parsed in it adds folders of its own (`<path>`).
+    """
     import mitsuba as mi
 
     resolver = mi.file_resolver()
-    resolver.prepend(str(base))
+    before = list(resolver)
+    for folder in reversed(folders):
+        resolver.prepend(str(folder))
     try:
         yield
     finally:
-        del resolver[0]
+        resolver.clear()
+        for folder in before:
+            resolver.append(folder)
+
+
+def resolved(name: str) -> Path:
+    """Find a file where Mitsuba looks for it; as it is, if it is nowhere."""
+    import mitsuba as mi
+
+    return Path(str(mi.file_resolver().resolve(name)))
 
 
 def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str], *, where: str) -> Any:
@@ -62,21 +109,24 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str],
     import mitsuba as mi
 
     config = parser_config(mi.variant())
-    if not isinstance(source, dict) and not Path(source).is_file():
+    if not isinstance(source, dict) and not os.path.isfile(source):
         raise SceneError(
             message(
                 "the scene file does not exist",
                 where=where,
                 expected="a Mitsuba 3 XML file, or the name of a built-in scene",
-                fix="check the path; 'fluorspar scenes' lists the built-in scenes",
+                fix=did_you_mean(Path(where).name, BUILTIN)
+                or "check the path; 'fluorspar scenes' lists the built-in scenes",
             )
         )
     try:
         if isinstance(source, dict):
             state = mi.parser.parse_dict(config, source)
         else:
-            state = mi.parser.parse_file(config, str(source), **parameters)
+            state = with_spectrum_files(lambda: mi.parser.parse_file(config, str(source), **parameters))
         mi.parser.transform_all(config, state)
+        for node in state.nodes:  # text that is no UTF-8 shows when it is read
+            str(node.props)
     except Exception as err:  # the parser raises bare RuntimeError, TypeError and others
         raise SceneError(
             message("Mitsuba cannot read the scene", where=where, got=err, expected="a valid Mitsuba 3 scene")
@@ -140,6 +190,13 @@ def children(state: Any, index: int) -> Iterator[tuple[str, int]]:
             yield key, props[key].index()
 
 
+def below(state: Any, index: int) -> Iterator[int]:
+    """Go through the nodes that a node holds, and those that they hold."""
+    for _, child in children(state, index):
+        yield child
+        yield from below(state, child)
+
+
 def build(state: Any, index: int = 0) -> Any:
     """Build one node, with what hangs below it, as a Mitsuba object in the variant that is set.
 
@@ -164,6 +221,16 @@ def build(state: Any, index: int = 0) -> Any:
                 where=where,
                 got=err,
                 expected="what Mitsuba's own renderers accept",
+                fix=_suggestion(str(err)),
             )
         ) from err
     return built[0] if isinstance(built, list) else built
+
+
+def _suggestion(reason: str) -> str:
+    """What Mitsuba calls unknown was probably meant to be another plugin or property."""
+    if plugin := re.search(r'Plugin "(.*)" not found', reason):
+        return did_you_mean(plugin[1], plugin_names())
+    if "unreferenced propert" in reason and (name := re.search(r'- \w+ "(.*)":', reason)):
+        return did_you_mean(name[1], _COMMON_PROPERTIES)
+    return ""

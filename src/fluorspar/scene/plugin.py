@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -121,7 +122,7 @@ def _make_class(mi: Any) -> type:
 def _resolved(mi: Any, name: str) -> str:
     """Resolve a file name as Mitsuba does while it loads a scene; other names stay as they are."""
     path = Path(str(mi.file_resolver().resolve(name)))
-    return str(path) if path.is_file() else name
+    return str(path) if os.path.isfile(path) else name
 
 
 def _texture(mi: Any, spectrum: Spectrum) -> Any:

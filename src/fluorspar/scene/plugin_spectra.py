@@ -12,14 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import SceneError, SpectrumError, message
+from fluorspar.scene.averages import MESH_ATTRIBUTE, uses_mesh
 from fluorspar.scene.nodes import build, copy_nodes
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["SpatialVariation", "average_light", "average_reflectance", "plugin_spectrum", "white_light"]
+__all__ = ["LONGEST", "SpatialVariation", "plugin_spectrum", "white_light"]
 
 # The range over which Mitsuba's spectral upsampling of `rgb` values and its own tables are defined.
 _MITSUBA_RANGE = (360.0, 830.0)
-_AVERAGE_WAVELENGTHS = np.arange(360.0, 831.0, 10.0)
+
+
+LONGEST = 1e5
+"""Wavelengths in nm are shorter."""
 
 
 class SpatialVariation(SceneError):
@@ -87,7 +91,7 @@ def plugin_spectrum(
         state.nodes[child].props["wavelength_min"] = 250.0
         state.nodes[child].props["wavelength_max"] = 1000.0
     texture = build(state, child)
-    if texture.is_spatially_varying():
+    if plugin == MESH_ATTRIBUTE or uses_mesh(state, child) or texture.is_spatially_varying():
         raise SpatialVariation(
             message(
                 f"'{plugin}' varies over the surface",
@@ -112,63 +116,6 @@ def white_light(number: float, label: str) -> Spectrum:
     return _tabulate(mi.load_dict({"type": "constant", "radiance": number}), _MITSUBA_RANGE, label)
 
 
-def average_reflectance(state: Any, index: int, label: str) -> Spectrum:
-    """Estimate the bihemispherical reflectance of a BSDF node, averaged over its texture (for `--matte`).
-
-    Light arrives evenly from the hemisphere; what is transmitted counts as lost. A grid of 64 x 64 texture
-    positions with a random direction each, the same at every wavelength.
-    """
-    import mitsuba as mi
-
-    bsdf = build(state, index)
-    positions = _centres(64, 64)
-    random = np.random.default_rng(0).random((len(positions), 5))
-    total = np.zeros(len(_AVERAGE_WAVELENGTHS))
-    si = mi.SurfaceInteraction3f()
-    si.t = 1.0
-    si.sh_frame = mi.Frame3f([0, 0, 1])
-    si.n = [0, 0, 1]
-    context = mi.BSDFContext()
-    for uv, u in zip(positions, random, strict=True):
-        si.uv = uv
-        si.wi = mi.warp.square_to_cosine_hemisphere(u[:2])
-        for first in range(0, len(total), 4):
-            si.wavelengths = _AVERAGE_WAVELENGTHS[first : first + 4]
-            sample, weight = bsdf.sample(context, si, u[2], u[3:5])
-            if sample.pdf > 0 and sample.wo.z > 0:
-                total[first : first + 4] += np.array(weight)
-    return Spectrum(_AVERAGE_WAVELENGTHS, np.clip(total / len(positions), 0, 1), name=label)
-
-
-def average_light(state: Any, index: int, label: str) -> Spectrum:
-    """Average the radiance of a light node over its directions, or over its texture (for `--matte`).
-
-    A grid of 128 x 64 directions, or of as many texture positions: of a sun smaller than 3 degrees only as much
-    is seen as falls on it.
-    """
-    import mitsuba as mi
-
-    light = build(state, index)
-    textured = state.nodes[index].props.plugin_name() == "area"
-    total = np.zeros(len(_AVERAGE_WAVELENGTHS))
-    positions = _centres(128, 64)
-    si = mi.SurfaceInteraction3f()
-    for uv in positions:
-        si.uv = uv
-        # Even in the height z, so that all directions count the same.
-        si.wi = [0, 0, 1] if textured else mi.warp.square_to_uniform_sphere(uv[::-1])
-        for first in range(0, len(total), 4):
-            si.wavelengths = _AVERAGE_WAVELENGTHS[first : first + 4]
-            total[first : first + 4] += np.array(light.eval(si))
-    return Spectrum(_AVERAGE_WAVELENGTHS, total / len(positions), name=label)
-
-
-def _centres(columns: int, rows: int) -> NDArray[np.float64]:
-    """Centres of the cells of a grid over the unit square, (columns x rows, 2)."""
-    u, v = np.meshgrid((np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows)
-    return np.stack([u.ravel(), v.ravel()], axis=-1)
-
-
 def _evaluate(plugin: Any, wavelengths: NDArray[np.float64]) -> NDArray[np.float64]:
     """Evaluate a texture or an environment light at `wavelengths` (n,), four at a time."""
     import mitsuba as mi
@@ -185,6 +132,8 @@ def _evaluate(plugin: Any, wavelengths: NDArray[np.float64]) -> NDArray[np.float
 
 def _tabulate(plugin: Any, support: tuple[float, float], label: str) -> Spectrum:
     """Tabulate a plugin every nanometre over `support`."""
+    if support[1] > LONGEST:
+        raise SpectrumError(message("a wavelength is impossible", where=label, got=f"{support[1]:g} nm"))
     wavelengths = np.linspace(*support, round(support[1] - support[0]) + 1)
     # The ends are taken a hair inside: at the limit itself single precision may fall outside.
     inside = np.clip(wavelengths, support[0] + 1e-3, support[1] - 1e-3)

@@ -12,6 +12,7 @@ from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError, SceneError, message
 from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
+from fluorspar.scene.node_checks import check_numbers
 from fluorspar.scene.nodes import parse_scene
 from fluorspar.scene.scene_dict import plain_dict
 
@@ -66,14 +67,17 @@ class Recipe:
         Raises
         ------
         SceneError
-            As `parse_scene`; or if a mesh of the user's cannot be read.
+            As `parse_scene` and `check_numbers`; or if a mesh of the user's cannot be read.
         """
-        if isinstance(self.source, dict):
-            return parse_scene(self.source, {}, where="scene dict")
         values = dict(self.parameters)
-        if isinstance(self.source, str):
-            values = builtin_parameters(self.source, values)
-        return parse_scene(self.file or self.source, values, where=self.name)
+        if isinstance(self.source, dict):
+            state = parse_scene(self.source, {}, where="scene dict")
+        else:
+            if isinstance(self.source, str):
+                values = builtin_parameters(self.source, values)
+            state = parse_scene(self.file or self.source, values, where=self.name)
+        check_numbers(state)
+        return state
 
 
 def recipe_of(
@@ -101,7 +105,18 @@ def recipe_of(
     {'spp': '4'}
     """
     if not isinstance(source, str | os.PathLike | dict):
+        import mitsuba as mi
+
         kind = type(source).__name__
+        if isinstance(source, mi.Object):
+            raise SceneError(
+                message(
+                    "the scene is already built by Mitsuba, which keeps no record of plugins and spectra",
+                    got=f"a mitsuba.{kind}",
+                    expected=f"the path of an XML file, a built-in scene ({', '.join(BUILTIN)}), or a dict",
+                    fix="give the dict or the file itself, without mitsuba.load_dict or mitsuba.load_file",
+                )
+            )
         loaded = kind == "Scene"
         raise SceneError(
             message(

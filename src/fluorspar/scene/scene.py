@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
@@ -80,9 +79,9 @@ class Scene:
         return self._nodes.state()
 
     @property
-    def base(self) -> Path:
-        """Folder against which its file names are resolved."""
-        return self.recipe.base
+    def folders(self) -> tuple[str, ...]:
+        """Where Mitsuba is to look for its files; the first one that has a file wins."""
+        return self._nodes.folders
 
     @property
     def parameters(self) -> Mapping[str, str]:

@@ -7,6 +7,7 @@ from typing import Any
 from fluorspar.errors import OptionError, SceneError, message
 from fluorspar.scene.nodes import children, kind, label
 from fluorspar.scene.settings import Settings
+from fluorspar.scene.suggestion import did_you_mean
 
 __all__ = ["film_node", "sampler_node", "sensor_node", "set_film"]
 
@@ -30,6 +31,7 @@ def sensor_node(state: Any) -> int:
                 f"sensor '{node.props.plugin_name()}' is not supported",
                 where=label(node, sensors[0]),
                 expected=f"one of {', '.join(supported)}",
+                fix=did_you_mean(node.props.plugin_name(), supported),
             )
         )
     return sensors[0]
@@ -51,7 +53,9 @@ def set_film(state: Any, settings: Settings) -> None:
     """Give the film the size that is asked for, and a box filter, for a film without a filter has a Gaussian."""
     import mitsuba as mi
 
-    film = film_node(state)
+    film, sensor = film_node(state), sensor_node(state)
+    if "srf" in state.nodes[sensor].props:
+        del state.nodes[sensor].props["srf"]  # images hold radiance, not what a camera makes of it
     size = {"width": settings.width, "height": settings.height}
     assert film is not None  # checked when the scene was loaded
     props = state.nodes[film].props

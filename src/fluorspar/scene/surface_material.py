@@ -1,27 +1,27 @@
-"""The material that a BSDF of a scene is."""
+"""The material that a BSDF of a scene is: here it is decided what a BSDF may be."""
 
 from __future__ import annotations
 
 import warnings
 from typing import Any
 
-from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, message
-from fluorspar.scene.plugin import COAT, FLUORESCENT, SPECTRA, STRINGS, check_properties, material_of_spectra
-from fluorspar.scene.plugin_spectra import SpatialVariation, average_reflectance, plugin_spectrum
+from fluorspar.scene.averages import average_reflectance
+from fluorspar.scene.fluorescent_node import DEFAULT_REFLECTANCE, fluorescent_material
+from fluorspar.scene.nodes import below, build, label
+from fluorspar.scene.plugin import COAT, FLUORESCENT, SPECTRA, STRINGS
+from fluorspar.scene.plugin_spectra import SpatialVariation, plugin_spectrum
 from fluorspar.scene.recipe import Recipe
-from fluorspar.spectral.spectrum import Spectrum
+from fluorspar.scene.suggestion import did_you_mean
 
 __all__ = ["DEFAULT_REFLECTANCE", "read_material"]
 
-DEFAULT_REFLECTANCE = 0.5
-"""Mitsuba's, of `diffuse` and of a shape without BSDF."""
-
+_MATTE = f"diffuse, twosided or {FLUORESCENT}, with spectra that are the same all over the surface"
 _PROPERTIES = {"diffuse": ("reflectance",), FLUORESCENT: (*SPECTRA, *STRINGS, "concentration", *COAT)}
 
 
-def read_material(state: Any, index: int, where: str, recipe: Recipe) -> Material:
+def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Material:
     """Read the material of a `diffuse` or `fluorescent` node; average any other if `recipe.matte` says so.
 
     Parameters
@@ -30,15 +30,16 @@ def read_material(state: Any, index: int, where: str, recipe: Recipe) -> Materia
         Parsed scene; the variant set is `scalar_spectral`.
     index : int
         The node.
-    where : str
-        The surface, for messages.
+    shape : int
+        The node of a shape that it is on.
     recipe : Recipe
         Its folder, libraries and `matte`.
 
     Raises
     ------
     SceneError
-        If it is no matte surface of one spectrum, or has a property that is not known.
+        If it is no matte surface of one spectrum, or has a property that is not known or of the wrong type; if it
+        transmits light, or holds a fluorescent BSDF.
     MaterialError, SpectrumError
         If its material is unknown or impossible.
 
@@ -49,6 +50,7 @@ def read_material(state: Any, index: int, where: str, recipe: Recipe) -> Materia
     """
     props = state.nodes[index].props
     plugin = props.plugin_name()
+    where = f"BSDF {label(state.nodes[index], index)} of shape {label(state.nodes[shape], shape)}"
     name = props.id() or where
     if plugin in _PROPERTIES and (unknown := sorted(set(props.keys()) - set(_PROPERTIES[plugin]))):
         # The BSDF is never built, so Mitsuba does not see it.
@@ -57,24 +59,59 @@ def read_material(state: Any, index: int, where: str, recipe: Recipe) -> Materia
                 f"there is no property '{unknown[0]}'",
                 where=where,
                 expected=", ".join(_PROPERTIES[plugin]),
+                fix=did_you_mean(unknown[0], _PROPERTIES[plugin]),
             )
         )
     try:
         if plugin == "diffuse":
-            return Material(name, _spectrum(state, index, "reflectance", where))
+            spectrum = plugin_spectrum(state, index, "reflectance", default=DEFAULT_REFLECTANCE, label=where)
+            return Material(name, spectrum)
         if plugin == FLUORESCENT:
-            return _fluorescent(state, index, name, where, recipe)
-    except SpatialVariation:
+            return fluorescent_material(state, index, name, where, recipe)
+    except SpatialVariation as err:
+        if plugin == FLUORESCENT and recipe.matte:
+            raise SceneError(
+                message("a fluorescent BSDF with a texture is not supported", where=where, expected=_MATTE)
+            ) from err
         if not recipe.matte:
             raise
+    except OSError as err:  # a name that is too long for a file, one that may not be read, ...
+        raise SceneError(message("a file of a material cannot be read", where=where, got=err)) from err
     except FluorsparError as err:
         raise err if where in str(err) else type(err)(f"{err}\n  in:       {where}") from err
-    if plugin == FLUORESCENT or not recipe.matte:
+    return _averaged(state, index, shape, name, where, matte=recipe.matte)
+
+
+def _averaged(state: Any, index: int, shape: int, name: str, where: str, *, matte: bool) -> Material:
+    """The diffuse material of the average of a BSDF that is not matte, if it is asked for and exists."""
+    import mitsuba as mi
+
+    plugin = state.nodes[index].props.plugin_name()
+    if any(state.nodes[node].props.plugin_name() == FLUORESCENT for node in below(state, index)):
+        raise SceneError(
+            message(
+                f"a fluorescent BSDF inside '{plugin}' would lose its luminescence",
+                where=where,
+                expected=f"'{FLUORESCENT}' by itself or inside 'twosided'",
+                fix=f"take it out of '{plugin}'; <string name='material' value='A:0.3,B:0.7'/> mixes materials",
+            )
+        )
+    bsdf = build(state, index)
+    if mi.has_flag(bsdf.flags(), mi.BSDFFlags.Transmission) or mi.has_flag(bsdf.flags(), mi.BSDFFlags.Null):
+        raise SceneError(
+            message(
+                f"BSDF '{plugin}' lets light through, which is not supported",
+                where=where,
+                expected="a BSDF that only reflects",
+                fix="replace it, give the shape a material from outside (--material ID=NAME), or remove it",
+            )
+        )
+    if not matte:
         raise SceneError(
             message(
                 f"BSDF '{plugin}' is not a matte surface of one spectrum",
                 where=where,
-                expected=f"diffuse, twosided or {FLUORESCENT}, with spectra that are the same all over the surface",
+                expected=_MATTE,
                 fix="replace it, or render it diffuse, of its average reflectance, with --matte (matte=True)",
             )
         )
@@ -83,26 +120,4 @@ def read_material(state: Any, index: int, where: str, recipe: Recipe) -> Materia
         ApproximationWarning,
         stacklevel=2,
     )
-    return Material(name, average_reflectance(state, index, name))
-
-
-def _fluorescent(state: Any, index: int, name: str, where: str, recipe: Recipe) -> Material:
-    props = state.nodes[index].props
-    check_properties(set(props.keys()), where)
-    if "material" in props:
-        dyed = material(props["material"], recipe.library, base=recipe.base)
-    elif "donaldson" in props:
-        dyed = material(recipe.base / props["donaldson"])
-    else:
-        has_dye = "emission" in props
-        reflectance, emission, excitation = (
-            _spectrum(state, index, part, f"{part} of {where}") if has_dye or part == "reflectance" else None
-            for part in SPECTRA
-        )
-        assert reflectance is not None
-        dyed = material_of_spectra(name, reflectance, emission, excitation)
-    return dyed.with_concentration(float(props["concentration"])) if "concentration" in props else dyed
-
-
-def _spectrum(state: Any, index: int, name: str, where: str) -> Spectrum:
-    return plugin_spectrum(state, index, name, default=DEFAULT_REFLECTANCE, label=where)
+    return Material(name, average_reflectance(state, index, bsdf, shape, where))

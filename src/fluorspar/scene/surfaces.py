@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import Any
 
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import SceneError, SceneNotice, message
+from fluorspar.scene.averages import uses_mesh
 from fluorspar.scene.lights import LIGHTS, Light, read_light
 from fluorspar.scene.lobes.lobe import Lobes
 from fluorspar.scene.lobes.reader import LobeReader, needs_lobes
 from fluorspar.scene.nodes import children, kind, label
 from fluorspar.scene.recipe import Recipe
+from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.scene.surface_material import DEFAULT_REFLECTANCE, read_material
 from fluorspar.spectral.spectrum import Spectrum
 
@@ -85,13 +86,13 @@ class _Reader:
         self.overrides = recipe.materials
         self.unused = set(recipe.materials)
         self.table = SurfaceTable()
-        self.row_of_node: dict[int, int] = {}
+        self.row_of_node: dict[tuple[int, int | None], int] = {}
         self.row_of_override: dict[str, int] = {}
         self.default_row: int | None = None
         self.lobes: LobeReader | None = None
         if not recipe.matte and needs_lobes(state, self.overrides):
             self.lobes = LobeReader(
-                state, lambda nodes, i, where: read_material(nodes, i, where, recipe), self.overrides
+                state, lambda nodes, i, shape: read_material(nodes, i, shape, recipe), self.overrides
             )
 
     def read(self) -> SurfaceTable:
@@ -111,7 +112,7 @@ class _Reader:
                 )
         for _, index in children(self.state, 0):
             if kind(self.state.nodes[index]) == "Emitter":
-                self.light(index, where="the scene")
+                self.light(index)
         if self.lobes is not None:
             self.table.lobes = self.lobes.lobes()
             self.table.materials = self.lobes.materials
@@ -133,14 +134,11 @@ class _Reader:
         """Refuse materials from outside for ids that the scene has not, and say which are not used."""
         if unknown := self.unused - set(ids):
             name = sorted(unknown)[0]
-            close = get_close_matches(name, ids, n=3)
             raise SceneError(
                 message(
                     f"no shape or BSDF has the id '{name}', which is to get a material",
                     expected=f"one of {', '.join(sorted(set(ids))) or '(the scene gives no ids)'}",
-                    fix=f"did you mean {' or '.join(close)}?"
-                    if close
-                    else "give the shape an id in the scene file",
+                    fix=did_you_mean(name, ids) or "give the shape an id in the scene file",
                 )
             )
         for name in sorted(self.unused):
@@ -167,7 +165,7 @@ class _Reader:
             if kind(self.state.nodes[child]) == "BSDF":
                 bsdf = child
             elif kind(self.state.nodes[child]) == "Emitter":
-                light = self.light(child, where=where)
+                light = self.light(child, shape=index)
             elif kind(self.state.nodes[child]) == "Medium":
                 raise SceneError(
                     message("participating media are not supported", where=where, expected="surfaces only")
@@ -184,10 +182,10 @@ class _Reader:
             if bsdf is None or self.state.nodes[bsdf].props.plugin_name() != "twosided":
                 back = ABSORBS
         else:
-            front, back = self.sides(bsdf, where, emits=light != NO_LIGHT)
+            front, back = self.sides(bsdf, index, emits=light != NO_LIGHT)
         self.table.surfaces.append(Surface(name or label(node, index), index, front, back, light))
 
-    def sides(self, bsdf: int | None, where: str, *, emits: bool) -> tuple[int, int]:
+    def sides(self, bsdf: int | None, shape: int, *, emits: bool) -> tuple[int, int]:
         """Material rows of the two sides of a surface with this BSDF node."""
         if bsdf is None and emits:
             return ABSORBS, ABSORBS  # in Mitsuba a lamp without a BSDF is black
@@ -199,22 +197,22 @@ class _Reader:
             return self.default_row, ABSORBS
         node = self.state.nodes[bsdf]
         if node.props.plugin_name() != "twosided":
-            return self.row(bsdf, where), ABSORBS
+            return self.row(bsdf, shape), ABSORBS
         nested = [child for _, child in children(self.state, bsdf)]
         if node.props.id() in self.overrides:
             row = self.override(node.props.id())
             return row, row
-        return self.row(nested[0], where), self.row(nested[-1], where)
+        return self.row(nested[0], shape), self.row(nested[-1], shape)
 
-    def row(self, index: int, where: str) -> int:
-        """Material row of a one-sided BSDF node."""
+    def row(self, index: int, shape: int) -> int:
+        """Material row of a one-sided BSDF node on a shape."""
         node = self.state.nodes[index]
         if (name := node.props.id()) in self.overrides:
             return self.override(name)
-        if index not in self.row_of_node:
-            bsdf = f"BSDF {label(node, index)} of {where}"
-            self.row_of_node[index] = self.add(read_material(self.state, index, bsdf, self.recipe))
-        return self.row_of_node[index]
+        key = (index, shape if uses_mesh(self.state, index) else None)
+        if key not in self.row_of_node:
+            self.row_of_node[key] = self.add(read_material(self.state, index, shape, self.recipe))
+        return self.row_of_node[key]
 
     def override(self, name: str) -> int:
         """Material row of a material from outside."""
@@ -223,10 +221,10 @@ class _Reader:
             self.row_of_override[name] = self.add(self.overrides[name])
         return self.row_of_override[name]
 
-    def light(self, index: int, where: str) -> int:
+    def light(self, index: int, shape: int | None = None) -> int:
         """Light row of an emitter node."""
-        varying = None if self.lobes is None else self.lobes.light(index, len(self.table.lights), where)
-        self.table.lights.append(varying or read_light(self.state, index, where, matte=self.recipe.matte))
+        varying = None if self.lobes is None else self.lobes.light(index, len(self.table.lights), shape)
+        self.table.lights.append(varying or read_light(self.state, index, shape, matte=self.recipe.matte))
         return len(self.table.lights) - 1
 
     def add(self, material: Material) -> int:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import OptionError, SpectrumError, message
+from fluorspar.spectral.uneven import UnevenWavelengths
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [
@@ -178,15 +179,20 @@ def assumed_bands(bands: Bands, other: Bands) -> Bands:
     """
     if bands.fwhm is not None:
         return bands
-    coarser = bands.grid.step > other.grid.step * (1 + 1e-6)
-    return Bands(bands.grid, bands.grid.step if coarser else 0.0)
+    coarser = _spacing(bands.grid) > _spacing(other.grid) * (1 + 1e-6)
+    return Bands(bands.grid, _spacing(bands.grid) if coarser else 0.0)
+
+
+def _spacing(grid: Wavelengths) -> float:
+    """The step of a grid, the mean one if it is uneven."""
+    return (grid.stop - grid.start) / (len(grid) - 1)
 
 
 def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands:
     """Choose the bands on which two spectra are compared.
 
-    The grid is the coarser of the two as far as both have data, the band shape the wider of the two. A band
-    shape that is not known is that of `assumed_bands`.
+    The grid is the coarser of the two as far as both have data, made even if it is not; the band shape is the wider
+    of the two. A band shape that is not known is that of `assumed_bands`.
 
     Parameters
     ----------
@@ -208,7 +214,7 @@ def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands
     >>> print(common_bands(Bands(Wavelengths(360, 700, 5)), Bands(Wavelengths(400, 780, 10), None)))
     400-700 nm by 10, triangular bands of 10 nm FWHM
     """
-    coarse = b if b.grid.step > a.grid.step * (1 + 1e-6) else a
+    coarse = b if _spacing(b.grid) > _spacing(a.grid) * (1 + 1e-6) else a
     fwhm = max(assumed_bands(a, b).fwhm or 0.0, assumed_bands(b, a).fwhm or 0.0)
     first = max(a.grid.start, b.grid.start) - _SAME
     last = min(a.grid.stop, b.grid.stop) + _SAME
@@ -220,8 +226,11 @@ def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands
                 expected=f"within {first + _SAME:g}-{last - _SAME:g} nm, which both have",
             )
         )
-    grid = wanted or coarse.grid
-    both = grid.values[(grid.values >= first) & (grid.values <= last)]
+    grid = (wanted or coarse.grid).values
+    if not wanted and isinstance(coarse.grid, UnevenWavelengths):
+        start, stop, step = first + _SAME, last - _SAME, _spacing(coarse.grid)
+        grid = start + step * np.arange(max((stop - start) // step + 1, 0))
+    both = grid[(grid >= first) & (grid <= last)]
     if len(both) < 2:
         raise SpectrumError(
             message(
@@ -230,7 +239,7 @@ def common_bands(a: Bands, b: Bands, wanted: Wavelengths | None = None) -> Bands
                 expected="at least two wavelengths" + (f" of {wanted}" if wanted else "") + " that both have",
             )
         )
-    return Bands(Wavelengths(float(both[0]), float(both[-1]), grid.step), fwhm)
+    return Bands(Wavelengths.from_values(both), fwhm)
 
 
 def beyond_the_data(source: Wavelengths, target: Wavelengths, fwhm: float) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from fluorspar.errors import ApproximationWarning, FluorsparError, ImageError, message
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["even_grid", "interpolated", "regular_spectra"]
+__all__ = ["check_ascending", "even_grid", "interpolated", "regular_spectra"]
 
 F = TypeVar("F", bound=np.floating[Any])
 _ROUNDING = 2e-3  # of a step: names and headers often have three digits after the point
@@ -59,7 +59,7 @@ def regular_spectra(
     (3, 33.3335)
     """
     at = np.asarray(wavelengths, dtype=np.float64)
-    _check_ascending(at, where, error)
+    check_ascending(at, where, error)
     grid = even_grid(at)
     if grid is not None:
         return values, grid
@@ -115,7 +115,7 @@ def interpolated(values: NDArray[F], at: NDArray[np.float64], to: NDArray[np.flo
     return resampled
 
 
-def _check_ascending(at: NDArray[np.float64], where: object, error: type[FluorsparError]) -> None:
+def check_ascending(at: NDArray[np.float64], where: object, error: type[FluorsparError]) -> None:
     if len(at) < 2:
         fault, got = "there is only one wavelength", f"{', '.join(f'{wavelength:g}' for wavelength in at)} nm"
         raise error(message(fault, where=where, got=got, expected="at least two"))

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ExtrapolationWarning, SpectrumError, message
 from fluorspar.files import tables
-from fluorspar.files.tables import read_table
+from fluorspar.files.curves import Role, read_curve
+from fluorspar.files.names import file_and_column
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [
@@ -31,9 +32,10 @@ __all__ = [
 
 Outside = Literal["warn", "error", "zero", "hold"]
 
-SUFFIXES = (*tables.SUFFIXES, ".spd")
+SUFFIXES = (*tables.SUFFIXES, ".spd", ".spdx")
 """Of files that `read_spectrum` reads."""
 
+_LONGEST_IN_MICROMETRES = 50.0
 _SAME = 1e-6  # nm; wavelengths closer than this are one
 
 
@@ -161,7 +163,12 @@ class Spectrum:
         if grid.stop < first - _SAME or grid.start > last + _SAME:
             expected = f"a grid that meets {first:g}-{last:g} nm"
             fault = "a spectrum and the wavelength grid do not overlap"
-            raise SpectrumError(message(fault, where=self.title, got=str(grid), expected=expected))
+            fix = (
+                "its wavelengths look like micrometres: give them in nm"
+                if last < _LONGEST_IN_MICROMETRES
+                else ""
+            )
+            raise SpectrumError(message(fault, where=self.title, got=str(grid), expected=expected, fix=fix))
         if (below or above) and outside in ("warn", "error"):
             ends = [f"below {first:g} nm ({self.values[0]:g})"] * below
             ends += [f"above {last:g} nm ({self.values[-1]:g})"] * above
@@ -225,6 +232,7 @@ def check_reflectance(spectrum: Spectrum) -> Spectrum:
     fault = "a reflectance is negative" if value < 0 else "a reflectance is greater than 1"
     where = spectrum.title + ("" if spectrum.is_constant else f", {spectrum.wavelengths[worst]:g} nm")
     fix = "reflectances are fractions, not percent" if value > 1 else ""
+    fix += ": divide by 100" if value > 2 else ""
     raise SpectrumError(message(fault, where=where, got=f"{value:g}", expected="0 to 1", fix=fix))
 
 
@@ -239,22 +247,32 @@ def trapezoid(values: NDArray[np.float64], wavelengths: NDArray[np.float64]) -> 
     return float(np.sum((values[1:] + values[:-1]) * np.diff(wavelengths)) / 2)
 
 
-def read_spectrum(path: str | Path, name: str = "") -> Spectrum:
-    """Read a two-column file (`.spd`, `.csv`, `.txt`): wavelength in nm, value.
+def read_spectrum(path: str | Path, name: str = "", role: Role = "") -> Spectrum:
+    """Read a spectrum from a table (`.csv`, `.txt`, `.spd`, ...) or an IES TM-27 file (`.spdx`).
 
-    Columns are separated by blanks, commas or semicolons; lines that begin with `#` are comments and one
-    header line is allowed. A comment `# assumed: ...` becomes `Spectrum.assumed`.
+    Columns are separated by tabs, semicolons, commas or blanks: the wavelength in nm, ascending or descending, and
+    values. Text above and below the numbers, as instruments write it, and lines that begin with `#` are passed over; a
+    comment `# assumed: ...` becomes `Spectrum.assumed`. Empty cells were not measured. Values under a heading with "%"
+    are percent, wavelengths under one with "um" micrometres.
 
     Parameters
     ----------
     path : str or Path
+        Of several columns one must be meant: `FILE:COLUMN` names it, or `role`.
     name : str
-        For messages; the file's name by default.
+        For messages; by default that of the file, and of the column where there are several.
+    role : {"", "excitation", "emission"}
+        Which one of the spectra of a dye; see `fluorspar.files.curves.read_curve`.
 
     Raises
     ------
     SpectrumError
-        If the file is missing or is not a spectrum.
+        If the file is missing, is not a spectrum, or holds several.
+
+    Warns
+    -----
+    ApproximationWarning
+        If there are empty cells between others, or the wavelengths can only be micrometres, which no heading says.
 
     Examples
     --------
@@ -265,13 +283,9 @@ def read_spectrum(path: str | Path, name: str = "") -> Spectrum:
     ...     read_spectrum(file).at(550)
     1.5
     """
-    table = read_table(Path(path))
-    columns = table.numbers().T
-    if len(columns) != 2:
-        got, expected = f"{len(columns)} columns", "wavelength and value"
-        raise SpectrumError(message("the file is not a spectrum", where=path, got=got, expected=expected))
-    wavelengths, values = columns
-    return Spectrum(wavelengths, values, name or Path(path).name, table.keys.get("assumed", ""))
+    curve = read_curve(path, role)
+    title = name or ", ".join(filter(None, (file_and_column(path)[0].name, curve.name)))
+    return Spectrum(curve.wavelengths, curve.values, title, curve.keys.get("assumed", ""))
 
 
 def as_spectrum(value: SpectrumLike, name: str = "") -> Spectrum:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, FluorsparWarning
 from fluorspar.image.components import COMPONENTS, SINGLE_BOUNCE
+from fluorspar.image.pixels import FinishedPixels, Pixels
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.progress import Progress
@@ -120,7 +121,13 @@ def _all(p: Passes) -> SpectralImage:
         totals.append(total(list(components)).astype(np.float32))
     done = len(totals)
     mean /= done
-    error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
+    with np.errstate(over="ignore", invalid="ignore"):  # then the image is refused
+        error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
+    layers = mean.reshape(len(names), -1, len(p.grid))
+    missing = np.full(layers.shape[1:], np.nan, np.float32)
+    finished = FinishedPixels(p.grid, p.job.scene.settings.width)
+    finished.add(0, Pixels(layers, missing if error is None else error.reshape(missing.shape), None))
+    finished.finish()
     attrs: dict[str, Any] = {
         **p.job.attrs,
         "spp": p.sampling.samples * done,

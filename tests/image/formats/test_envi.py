@@ -133,10 +133,12 @@ class TestOthers:
         with pytest.raises(ImageError, match=f"(?s){name}.*{value}"):
             SpectralImage.open(tmp_path / "a.hdr")
 
-    def test_uneven_wavelengths_are_interpolated_and_said(self, tmp_path):
-        write(tmp_path / "a.hdr", wavelength=[400, 405, 440, 460, 480, 500])
-        with pytest.warns(ApproximationWarning, match="not evenly spaced"):
-            SpectralImage.open(tmp_path / "a.hdr")
+    def test_uneven_wavelengths_are_kept_as_they_are(self, tmp_path):
+        at = [400, 405, 440, 460, 480, 500]
+        write(tmp_path / "a.hdr", wavelength=at)
+        image = SpectralImage.open(tmp_path / "a.hdr")
+        np.testing.assert_array_equal(image.wavelengths.values, at)
+        np.testing.assert_array_equal(image.total(), CUBE)
 
     @pytest.mark.parametrize("suffix", ["", ".dat", ".IMG", ".bsq"])
     def test_data_of_any_usual_name(self, tmp_path, suffix):
@@ -176,8 +178,59 @@ class TestOthers:
         write(tmp_path / "a.hdr", **{"reflectance scale factor": 10000})
         assert SpectralImage.open(tmp_path / "a.hdr").attrs["quantity"] == "reflectance"
 
+    def test_without_byte_order_it_is_little_endian_and_this_is_said(self, tmp_path):
+        write(tmp_path / "a.hdr")
+        without_line(tmp_path / "a.hdr", "byte order")
+        with pytest.warns(ApproximationWarning, match="no byte order: little-endian"):
+            image = SpectralImage.open(tmp_path / "a.hdr")
+        np.testing.assert_array_equal(image.total(), CUBE)
+
+    @pytest.mark.parametrize(("factor", "unit"), [(1, "nm"), (1e-3, "um")])
+    def test_without_unit_wavelengths_are_what_they_must_be_and_this_is_said(self, tmp_path, factor, unit):
+        write(tmp_path / "a.hdr", **{"wavelength": [at * factor for at in AT], "wavelength units": None})
+        with pytest.warns(ApproximationWarning, match=f"not stated: .* are taken for {unit}"):
+            image = SpectralImage.open(tmp_path / "a.hdr")
+        np.testing.assert_allclose(image.wavelengths.values, AT)
+
+    def test_two_bands(self, tmp_path):
+        write(tmp_path / "a.hdr", CUBE[..., :2], wavelength=[450, 630])
+        np.testing.assert_array_equal(SpectralImage.open(tmp_path / "a.hdr").total(), CUBE[..., :2])
+
+    def test_what_is_not_used_is_said(self, tmp_path):
+        write(tmp_path / "a.hdr", **{"data gain values": [2] * 6})
+        with (tmp_path / "a.img").open("ab") as data:
+            data.write(bytes(12))
+        with pytest.warns(ApproximationWarning, match="not used: the last 12 bytes .*'data gain values'"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
+
+def without_line(header, name):
+    lines = header.read_text().splitlines(keepends=True)
+    header.write_text("".join(line for line in lines if not line.startswith(name)))
+
 
 class TestFaults:
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            ("interleave", "tile"),
+            ("interleave", "bsq2"),
+            ("byte order", "2"),
+            ("data type", "99"),
+            ("lines", "four"),
+            ("samples", "-5"),
+            ("header offset", "-1"),
+            ("file compression", "1"),
+        ],
+    )
+    def test_a_layout_that_is_not_known(self, tmp_path, name, value):
+        write(tmp_path / "a.hdr")
+        without_line(tmp_path / "a.hdr", name)
+        with (tmp_path / "a.hdr").open("a") as header:
+            header.write(f"{name} = {value}\n")
+        with pytest.raises(ImageError, match=rf"(?s)'{name}' of the ENVI header.*a\.hdr.*'{value}'"):
+            SpectralImage.open(tmp_path / "a.hdr")
+
     def test_complex_numbers(self, tmp_path):
         metadata = {"wavelength": AT, "wavelength units": "nm"}
         envi.save_image(

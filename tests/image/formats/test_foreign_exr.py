@@ -142,12 +142,12 @@ class TestOtherWriters:
             image = SpectralImage.open(tmp_path / "a.exr")
         assert not image.total().any()
 
-    def test_uneven_wavelengths_are_interpolated_and_said(self, tmp_path):
+    def test_uneven_wavelengths_are_kept_as_they_are(self, tmp_path):
         channels = {f"S0.{at}nm": np.full((2, 2), at, np.float32) for at in (400, 430, 500, 550)}
         write(tmp_path / "a.exr", channels)
-        with pytest.warns(ApproximationWarning, match=r"not evenly spaced .*400-550 nm by 50"):
-            image = SpectralImage.open(tmp_path / "a.exr")
-        np.testing.assert_allclose(image.total()[0, 0], [400, 450, 500, 550])  # linear: nothing is lost
+        image = SpectralImage.open(tmp_path / "a.exr")
+        np.testing.assert_array_equal(image.wavelengths.values, [400, 430, 500, 550])
+        np.testing.assert_array_equal(image.total()[0, 0], [400, 430, 500, 550])
 
     def test_through_our_own_formats_and_back(self, tmp_path):
         write(tmp_path / "a.exr", pbrt_channels())
@@ -158,6 +158,72 @@ class TestOtherWriters:
             assert image.components == (TOTAL,)
         parts = OpenEXR.File(str(tmp_path / "b.exr"), separate_channels=True).parts
         assert [part.name() for part in parts] == ["total"]
+
+
+class TestNamesOfWavelengthsAlone:
+    """As Mitsuba's specfilm writes channels, named as the user named the bands."""
+
+    @pytest.mark.parametrize(
+        "name", ["band_{}nm", "{}", "w{}", "{}nm", "S0_{}", "{}.5", "band {},5 nm", "b1-{}", "0{}", "{}_nir"]
+    )
+    def test_are_read_and_this_is_said(self, tmp_path, name):
+        channels = {name.format(at): np.full((2, 3), at, np.float32) for at in range(1000, 400, -100)}
+        write(tmp_path / "a.exr", channels)
+        with pytest.warns(ApproximationWarning, match="wavelengths of their names"):
+            image = SpectralImage.open(tmp_path / "a.exr")
+        np.testing.assert_array_equal(image.total()[0, 0], range(500, 1001, 100))
+        np.testing.assert_allclose(image.wavelengths.values, np.arange(500, 1001, 100), atol=0.5)
+        assert image.attrs["unit"] == "not stated"
+
+    def test_other_channels_are_said(self, tmp_path):
+        names = ["w400", "w500", "w600", "depth", "R", "A", "mask1"]
+        write(tmp_path / "a.exr", {name: np.ones((2, 2), np.float32) for name in names})
+        with pytest.warns(ApproximationWarning) as said:
+            SpectralImage.open(tmp_path / "a.exr")
+        assert str(said[1].message).endswith("not read: channels depth, mask1")
+
+    def test_numbers_of_bands_are_no_wavelengths(self, tmp_path):
+        write(tmp_path / "a.exr", {f"band_{k}": np.ones((2, 2), np.float32) for k in range(1, 32)})
+        with pytest.raises(ImageError, match=r"(?s)no spectral channel.*--channel-wavelengths"):
+            SpectralImage.open(tmp_path / "a.exr")
+
+    def test_wavelengths_are_given_in_the_order_of_the_numbers(self, tmp_path):
+        channels = {f"band_{k}": np.full((2, 2), k, np.float32) for k in range(1, 13)}
+        write(tmp_path / "a.exr", channels | {"R": np.ones((2, 2), np.float32)})
+        at = 400 + 10.0 * np.arange(12)
+        image = SpectralImage.open(tmp_path / "a.exr", channel_wavelengths=at)
+        np.testing.assert_array_equal(image.total()[0, 0], range(1, 13))
+        np.testing.assert_array_equal(image.wavelengths.values, at)
+        with pytest.raises(
+            ImageError, match=r"(?s)do not fit.*11 wavelengths.*12 different ones.*band_1, band_2"
+        ):
+            SpectralImage.open(tmp_path / "a.exr", channel_wavelengths=at[1:])
+
+    def test_only_channels_are_given_wavelengths(self, image, tmp_path):
+        image.save(tmp_path / "a.nc")
+        with pytest.raises(OptionError, match="only the channels of an EXR file"):
+            SpectralImage.open(tmp_path / "a.nc", channel_wavelengths=[400, 500])
+
+
+class TestWhatIsNotRead:
+    def test_bispectral_channels(self, tmp_path):
+        """The reradiation of a material: a diagonal T.400nm and cells T.400nm.500nm."""
+        at = [400, 450, 500]
+        names = [f"T.{a}nm" for a in at] + [f"T.{a}nm.{b}nm" for a in at for b in at if b > a]
+        write(tmp_path / "a.exr", {name: np.ones((2, 2), np.float32) for name in names})
+        with pytest.warns(ApproximationWarning) as said:
+            SpectralImage.open(tmp_path / "a.exr")
+        texts = [str(each.message) for each in said]
+        assert any("3 bispectral channels are not read (T.400nm.450nm, " in text for text in texts)
+        assert any("Donaldson matrix" in text for text in texts)
+
+    def test_other_channels(self, tmp_path):
+        write(
+            tmp_path / "a.exr",
+            pbrt_channels() | {"Z": np.ones((5, 6), np.float32), "N.x": np.ones((5, 6), np.float32)},
+        )
+        with pytest.warns(ApproximationWarning, match=r"not read: channel N\.x"):
+            SpectralImage.open(tmp_path / "a.exr")
 
 
 class TestFaults:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
-from fluorspar.errors import ImageError
-from fluorspar.image.components import TOTAL
+from fluorspar.errors import ApproximationWarning, ImageError
+from fluorspar.image.components import COMPONENTS, TOTAL
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -40,6 +42,68 @@ def write_by_h5py(path, values, attrs):
         for axis, name in enumerate(DIMS):
             file[name].make_scale(name)
             file["radiance"].dims[axis].attach_scale(file[name])
+
+
+class TestLayouts:
+    """An image without components, its dimensions in any order and of any usual name."""
+
+    @pytest.mark.parametrize("order", list(itertools.permutations(("y", "x", "wavelength"))))
+    @pytest.mark.parametrize(
+        "names",
+        [
+            {},
+            {"y": "lines", "x": "samples", "wavelength": "bands"},
+            {"y": "row", "x": "column"},
+            {"y": "lat", "x": "lon", "wavelength": "wl"},
+        ],
+    )
+    def test_any_order(self, tmp_path, order, names):
+        cube = xr.DataArray(RADIANCE[0], dims=("y", "x", "wavelength"), name="radiance")
+        cube = cube.transpose(*order).rename(names)
+        bands = names.get("wavelength", "wavelength")
+        at = "wl" if bands == "wl" else "wavelength"
+        dataset = cube.to_dataset().assign_coords({at: (bands, AT, {"units": "nm"})})
+        dataset["radiance"].attrs["units"] = "W m-2 sr-1 nm-1"
+        dataset.to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            assert image.components == (TOTAL,)
+            assert image.wavelengths == Wavelengths(400, 600, 50)
+            assert image.luminance().attrs["units"] == "cd m-2"
+            np.testing.assert_array_equal(image.total(), RADIANCE[0].astype(np.float32))
+
+    def test_components_in_another_order(self, tmp_path):
+        values = np.random.default_rng(1).random((7, 3, 4, 5)).astype(np.float32)
+        coords = {"component": list(COMPONENTS), "wavelength": ("wavelength", AT, {"units": "nm"})}
+        dataset = xr.Dataset({"radiance": (DIMS, values)}, coords)
+        dataset.transpose("wavelength", "y", "x", "component").to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            np.testing.assert_array_equal(image.component("reexcitation"), values[6])
+
+    @pytest.mark.parametrize(
+        ("name", "quantity"), [("reflectance", "reflectance"), ("__xarray_dataarray_variable__", "radiance")]
+    )
+    def test_another_name(self, tmp_path, name, quantity):
+        coords = {"wavelength": ("wavelength", AT, {"units": "nm"})}
+        xr.Dataset({name: (DIMS[1:], RADIANCE[0])}, coords).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            assert image.attrs["quantity"] == quantity
+
+    def test_dimensions_of_unknown_names_are_said(self, tmp_path):
+        coords = {"wavelength": ("wavelength", AT, {"units": "nm"})}
+        dataset = xr.Dataset({"radiance": (("p", "q", "wavelength"), RADIANCE[0])}, coords)
+        dataset.to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+        with (
+            pytest.warns(ApproximationWarning, match="p is taken for the rows and q for the columns"),
+            SpectralImage.open(tmp_path / "a.nc") as image,
+        ):
+            assert image.size == (4, 3)
+
+    def test_other_variables_are_said(self, tmp_path):
+        coords = {"component": [TOTAL], "wavelength": ("wavelength", AT, {"units": "nm"})}
+        variables = {"radiance": (DIMS, RADIANCE), "depth": (("y", "x"), RADIANCE[0, ..., 0])}
+        xr.Dataset(variables, coords).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+        with pytest.warns(ApproximationWarning, match="not read: depth"):
+            SpectralImage.open(tmp_path / "a.nc").close()
 
 
 class TestNumbers:
@@ -75,14 +139,23 @@ class TestNumbers:
 
 
 class TestWavelengths:
-    @pytest.mark.parametrize(("unit", "factor"), [("um", 1e-3), ("micrometer", 1e-3), (None, 1.0)])
+    @pytest.mark.parametrize(("unit", "factor"), [("um", 1e-3), ("micrometer", 1e-3)])
     def test_of_other_units_become_nm(self, tmp_path, unit, factor):
         write(tmp_path / "a.nc", at=AT * factor, at_unit=unit)
         with SpectralImage.open(tmp_path / "a.nc") as image:
             assert image.wavelengths == Wavelengths(400, 600, 50)
             assert image.total().wavelength.attrs["units"] == "nm"
 
-    @pytest.mark.parametrize(("unit", "at"), [("cm-1", AT), (None, AT / 1000)])
+    @pytest.mark.parametrize(("factor", "unit"), [(1.0, "nm"), (1e-3, "um")])
+    def test_of_no_unit_are_taken_for_what_they_must_be_and_this_is_said(self, tmp_path, factor, unit):
+        write(tmp_path / "a.nc", at=AT * factor, at_unit=None)
+        with (
+            pytest.warns(ApproximationWarning, match=f"not stated: .* are taken for {unit}"),
+            SpectralImage.open(tmp_path / "a.nc") as image,
+        ):
+            assert image.wavelengths == Wavelengths(400, 600, 50)
+
+    @pytest.mark.parametrize(("unit", "at"), [("cm-1", AT), (None, AT / 1e6), (None, np.arange(1.0, 6))])
     def test_of_an_unknown_unit_are_refused(self, tmp_path, unit, at):
         write(tmp_path / "a.nc", at=at, at_unit=unit)
         with pytest.raises(ImageError, match=r"(?s)unit of the wavelengths is not known.*a\.nc.*'units'"):
@@ -95,8 +168,9 @@ class TestWavelengths:
 
     def test_uneven(self, tmp_path):
         write(tmp_path / "a.nc", at=[400, 460, 500, 550, 600])
-        with pytest.raises(ImageError, match="not evenly spaced"):
-            SpectralImage.open(tmp_path / "a.nc")
+        with SpectralImage.open(tmp_path / "a.nc") as image:
+            np.testing.assert_array_equal(image.wavelengths.values, [400, 460, 500, 550, 600])
+            np.testing.assert_array_equal(image.total(), RADIANCE[0].astype(np.float32))
 
 
 class TestUnits:

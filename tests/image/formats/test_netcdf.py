@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fluorspar.errors import ImageError
+from fluorspar.errors import ImageError, OptionError
 from fluorspar.image.formats import netcdf_writer
 from fluorspar.image.formats.netcdf import NetcdfWriter, read_netcdf, write_netcdf
 from fluorspar.image.spectral_image import SpectralImage
@@ -52,6 +52,16 @@ class TestRoundTrip:
             read.save(tmp_path / "a.nc")
         with SpectralImage.open(tmp_path / "a.nc") as read:
             xr.testing.assert_identical(read.dataset.load(), image.dataset)
+
+    def test_compressed(self, image, tmp_path):
+        image.save(tmp_path / "a.nc")
+        image.save(tmp_path / "b.nc", compress=True)
+        with SpectralImage.open(tmp_path / "b.nc") as read:
+            xr.testing.assert_identical(read.dataset.load(), image.dataset)
+        plain, packed = ((tmp_path / name).stat().st_size for name in ("a.nc", "b.nc"))
+        assert packed < 0.8 * plain
+        with pytest.raises(OptionError, match=r"(?s)only NetCDF.*c\.exr"):
+            image.save(tmp_path / "c.exr", compress=True)
 
     def test_attributes_may_be_long(self, image, tmp_path):
         """HDF5 keeps attributes above 64 KiB in another way."""

@@ -13,7 +13,13 @@ from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.errors import MaterialError, message
 from fluorspar.files.tables import read_table
 
-__all__ = ["read_csv"]
+__all__ = ["SAYS", "read_csv"]
+
+SAYS = (
+    "'# fluorspar-material: 1' (with columns wavelength,reflectance), "
+    "or '# quantity: band' and '# step: 10' (of a Donaldson matrix)"
+)
+"""What a file must say above its table, in words."""
 
 
 def read_csv(path: Path | Traversable) -> tuple[Material | MeasuredMatrix, dict[str, Any]]:
@@ -37,5 +43,8 @@ def read_csv(path: Path | Traversable) -> tuple[Material | MeasuredMatrix, dict[
         return material_of_table(table, path.name.rpartition(".")[0]), texts
     if "quantity" in table.keys:
         return donaldson_matrix(table), texts
-    expected = "a line '# fluorspar-material: 1', or '# quantity: band' for a Donaldson matrix"
-    raise MaterialError(message("the file does not say what it holds", where=path, expected=expected))
+    fix = "write such a line above the table; `fluorspar materials from-eem` and `dye` take relative spectra"
+    expected = f"a line {SAYS}"
+    raise MaterialError(
+        message("the file does not say what it holds", where=path, expected=expected, fix=fix)
+    )

@@ -7,6 +7,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
+from fluorspar.bispectral.files.csv_file import SAYS
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.measured import MeasuredMatrix, check_measured
 from fluorspar.errors import MaterialError, message
@@ -101,7 +102,9 @@ def _content(path: Path | Traversable) -> tuple[Material | MeasuredMatrix, dict[
     suffix = f".{path.name.rpartition('.')[2].lower()}"
     if suffix not in SUFFIXES:
         fault, expected = "a material file has an unknown suffix", " or ".join(SUFFIXES)
-        raise MaterialError(message(fault, where=path, expected=expected))
+        name = path.name.rpartition(".")[0] or path.name
+        fix = f"save a table as {name}.csv, with a line above it that says what it holds: {SAYS}"
+        raise MaterialError(message(fault, where=path, expected=expected, fix=fix))
     if not path.is_file():
         fix = "check the name and the folder"
         raise MaterialError(message("the material file does not exist", where=path, fix=fix))

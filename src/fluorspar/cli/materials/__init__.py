@@ -7,6 +7,7 @@ import typer
 from fluorspar.cli.materials.colour import colour
 from fluorspar.cli.materials.dye import dye
 from fluorspar.cli.materials.fit import fit
+from fluorspar.cli.materials.from_eem import from_eem
 from fluorspar.cli.materials.inspect import inspect
 from fluorspar.cli.materials.list import list_materials
 from fluorspar.cli.materials.show import show
@@ -31,4 +32,5 @@ materials.command("show")(show)
 materials.command("inspect")(inspect)
 materials.command("fit")(fit)
 materials.command("dye")(dye)
+materials.command("from-eem")(from_eem)
 materials.command("colour")(colour)

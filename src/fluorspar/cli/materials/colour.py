@@ -23,7 +23,6 @@ from fluorspar.spectral.spectrum import SUFFIXES
 
 if TYPE_CHECKING:
     from fluorspar.bispectral.lamp_colour import LampColour
-    from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["colour"]
 
@@ -33,7 +32,7 @@ def colour(
     illuminant: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME|FILE",
+            metavar="NAME|FILE[:COLUMN]",
             help="D65, D50, A, FL11, LED-B1, ... "
             f"or a file with a spectrum ({', '.join(SUFFIXES)}). [default: D65]",
         ),
@@ -77,6 +76,7 @@ def colour(
     from fluorspar.bispectral.library import material
     from fluorspar.colour.observers import observer_named
     from fluorspar.files.writing import check_not_input, check_target
+    from fluorspar.spectral.illuminants import illuminant as light_named
     from fluorspar.spectral.wavelengths import Wavelengths
 
     check_plot(plot)
@@ -87,7 +87,7 @@ def colour(
     seen_by = observer_named(observer, "--observer")
     sample = material(name, library or [])
     if condition is None:
-        lamp = _lamp(illuminant or "D65")
+        lamp = light_named(illuminant or "D65")
         shown = colour_under_lamp(sample, lamp, uv_cut=uv_cut, observer=seen_by, wavelengths=grid)
     elif illuminant is None and uv_cut is None:
         shown = colour_under_condition(sample, condition, observer=seen_by, wavelengths=grid or WIDE)
@@ -101,12 +101,6 @@ def colour(
         from fluorspar.figures.materials import lamp_figure
 
         write_plot(lamp_figure(shown, sample.name), plot)
-
-
-def _lamp(text: str) -> str | Spectrum:
-    from fluorspar.spectral.spectrum import read_spectrum
-
-    return read_spectrum(text) if Path(text).suffix.lower() in SUFFIXES else text
 
 
 def _print(shown: LampColour, name: str) -> None:

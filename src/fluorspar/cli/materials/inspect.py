@@ -14,7 +14,6 @@ from fluorspar.cli import console
 from fluorspar.cli.materials.common import PlotOption, hexadecimal, swatch, write_columns, write_plot
 from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.cli.targets import check_plot
-from fluorspar.errors import OptionError, message
 from fluorspar.files.writing import check_not_input, check_target
 
 if TYPE_CHECKING:
@@ -60,11 +59,7 @@ def inspect(
     if yields is not None:
         check_target(yields)
         check_not_input(yields, *material_files(file, library or []))
-    is_file = path.suffix.lower() in SUFFIXES
-    if path.is_file() and not is_file:
-        fault, fix = "the suffix names no kind of material file", "rename the file"
-        raise OptionError(message(fault, where=file, expected=" or ".join(SUFFIXES), fix=fix))
-    measured = find_matrix(path) if is_file else None
+    measured = find_matrix(path) if path.suffix.lower() in SUFFIXES or path.is_file() else None
     best = None
     if measured is None:
         sample = material(file, library or [])

@@ -20,7 +20,7 @@ def list_materials(
     credit: Annotated[bool, typer.Option("--credit", help="Say where each one comes from.")] = False,
     library: LibraryOption = None,
 ) -> None:
-    """List the materials. Colour under D65, name, peaks of excitation and emission, what it is.
+    """List the materials. Colour under D65, name, peaks of excitation and emission, what it is; and what is none.
 
     Example:  fluorspar materials list --library ~/paints
     """
@@ -34,6 +34,7 @@ def list_materials(
     from fluorspar.errors import FluorsparError, FluorsparWarning
 
     folders = library or []
+    unread: list[str] = []
     table = Table("", "name", "fluoresces, nm", "description", box=None, pad_edge=False)
     for name in materials(folders):
         try:
@@ -42,11 +43,17 @@ def list_materials(
                 warnings.simplefilter("ignore", FluorsparWarning)
                 rgb = colour_under_lamp(listed, "D65").srgb
         except FluorsparError as err:  # one file that is no material must not hide the others
-            table.add_row("", Text(name), "", Text(str(err).splitlines()[0], style="red"))
+            fault, *rest = str(err).splitlines()
+            where = next(
+                (line.partition(":")[2].strip() for line in rest if line.strip().startswith("where:")), ""
+            )
+            unread.append(f"not listed: {name}: {fault}" + f" ({where})" * bool(where))
             continue
         words = "\n".join(part for part in (listed.description, listed.credit if credit else "") if part)
         table.add_row(swatch(rgb), Text(name), _peaks(listed), Text(words))
     console.out.print(table)
+    for line in unread:
+        console.err.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 def _peaks(listed: Material) -> str:

@@ -78,8 +78,9 @@ def xyz_of(dataset: xr.Dataset, components: Sequence[str], observer: str = CIE_1
     (4, 3, 3)
     """
     grid = grid_of(dataset)
+    blocks = row_blocks(dataset)  # refuses what is too large
     xyz = np.empty((dataset.sizes["y"], dataset.sizes["x"], 3))
-    for rows in row_blocks(dataset):
+    for rows in blocks:
         xyz[rows] = xyz_from_radiance(add_up(dataset, components, rows), grid, observer)
     return xyz
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
 from pathlib import Path
@@ -11,24 +12,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, ImageError, message
+from fluorspar.files.memory import check_memory
 from fluorspar.files.names import check_source, text_of
-from fluorspar.files.writing import check_target, temporary_name, undisturbed, write_error
+from fluorspar.files.writing import check_target, replacing, undisturbed
 from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.dataset import add_up, grid_of, make_dataset, names_of
 from fluorspar.image.formats.envi_header import (
     bandwidth,
-    check_number,
     good_bands,
     header_of,
+    laid_out_as,
+    layout_of,
+    read_header,
     stated_by,
     wavelengths,
 )
-from fluorspar.spectral.even import interpolated, regular_spectra
+from fluorspar.spectral.even import interpolated
+from fluorspar.spectral.uneven import grid_through
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["data_file", "read_envi", "write_envi"]
+__all__ = ["check_data_target", "data_file", "read_envi", "write_envi"]
 
 
 def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
@@ -59,37 +64,34 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     """
     from spectral.io import envi
 
-    path = Path(path)
-    target = path.with_suffix(".img")
-    check_target(path)
-    check_target(target, 4 * dataset["radiance"][0].size)
-    if target.exists() and not path.exists():
+    header = check_target(path)
+    data = check_data_target(path, count := 4 * dataset["radiance"][0].size)
+    names = names_of(dataset)
+    with undisturbed(), replacing(data, count) as new_data, replacing(header) as new_header:
+        values = np.asarray(add_up(dataset, select(None, names)), "<f4")
+        with new_data.open("wb") as stream:
+            stream.writelines(row.data for row in values)  # numpy's own way does not tell why it fails
+        layout = laid_out_as(values.shape)
+        envi.write_envi_header(
+            str(new_header), layout | header_of(dataset.attrs | sum_of(names), grid_of(dataset))
+        )
+
+
+def check_data_target(header: str | os.PathLike[str], size: int = 0) -> Path:
+    """Find out before any work whether the data of an ENVI header can be written beside it; return their file.
+
+    Raises
+    ------
+    ImageError
+        If they cannot, or a file of that name has no header, so that it is another one.
+    """
+    header = Path(header)
+    data = check_target(header.with_suffix(".img"), size)
+    if data.exists() and not header.exists():
         fault = "the data of the ENVI file would replace a file that is no part of it"
         fix = "name another file, or remove that one"
-        raise ImageError(message(fault, where=path, got=target, fix=fix))
-    metadata = header_of(dataset.attrs | sum_of(names_of(dataset)), grid_of(dataset))
-    header = temporary_name(path).with_suffix(".hdr")
-    data = header.with_suffix(".img")
-    try:
-        values = add_up(dataset, select(None, names_of(dataset)))
-        envi.save_image(
-            str(header),
-            values,
-            dtype=np.float32,
-            interleave="bip",
-            byteorder=0,
-            ext=".img",
-            metadata=metadata,
-            force=True,
-        )
-        with undisturbed():
-            os.replace(data, target)
-            os.replace(header, path)
-    except (OSError, RuntimeError) as err:
-        raise write_error(path, err) from err
-    finally:
-        for temporary in (header, data):
-            temporary.unlink(missing_ok=True)
+        raise ImageError(message(fault, where=header, got=data, fix=fix))
+    return data
 
 
 def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -110,13 +112,14 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     ImageError
-        If a file is missing or truncated, the header is malformed or holds no wavelengths, its scale factor or
-        ignored value is no number, or it is not an image of real numbers.
+        If a file is missing, truncated or too large for memory, the header is malformed or holds no
+        wavelengths, its scale factor or ignored value is no number, or it is not an image of real numbers.
 
     Warns
     -----
     ApproximationWarning
-        If the wavelengths are not evenly spaced, or bands are bad (`bbl`): spectra are then interpolated.
+        If bands are bad (`bbl`): spectra are then interpolated. If the header states no byte order or no unit of the
+        wavelengths: the warning says what is assumed.
 
     Examples
     --------
@@ -126,51 +129,24 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     fluorspar.errors.ImageError: the image file does not exist
       where:    no-such-file.hdr
     """
-    from spectral.io import envi
-    from spectral.io.spyfile import SpyException
-
     path = check_source(path)
-    try:
-        image = envi.open(str(path), data_file(path))
-        _check_kind(image, path)
-        header: dict[str, Any] = image.metadata
-        for name in ("reflectance scale factor", "data ignore value"):
-            check_number(header, name, path)
-        values = np.array(image.load(dtype=np.float32, scale=True), np.float32, order="C")
-    except (
-        envi.EnviException,
-        SpyException,
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-    ) as err:
-        raise ImageError(
-            message(
-                "the ENVI file is not readable",
-                where=path,
-                got=str(err).strip().splitlines()[0] if str(err).strip() else type(err).__name__,
-                expected="a header and, beside it, the data of the same name",
-            )
-        ) from err
-    at = wavelengths(header, image.nbands, path)
-    good = good_bands(header, image.nbands, path)
-    if "data ignore value" in header:
-        ignored = np.float32(float(header["data ignore value"]) / (image.scale_factor or 1.0))
-        values[values == ignored] = np.nan
+    header = read_header(path)
+    values = _numbers_of(header, path)
+    at = wavelengths(header, values.shape[2], path)
+    good = good_bands(header, len(at), path)
+    widths = bandwidth(header, at, path)
     order = np.argsort(at, kind="stable")
     if (np.diff(order) != 1).any():
         values, at, good = np.ascontiguousarray(values[..., order]), at[order], good[order]
     if not good.all():
         values, at = _mended(values, at, good, path)
-    values, grid = regular_spectra(values, at, path)
+    grid = grid_through(at, path)
     attrs = {
         "source_file": text_of(path.name),
         "description": str(header.get("description", "")),
         **({"components": str(header["components"])} if "components" in header else {}),
         **stated_by(header),
-        **bandwidth(header, image.nbands, path),
+        **widths,
     }
     return make_dataset(values[np.newaxis], grid, attrs=attrs, components=(TOTAL,))
 
@@ -190,27 +166,44 @@ def data_file(header: Path) -> str | None:
     return None
 
 
-def _check_kind(image: Any, path: Path) -> None:
-    """Refuse what is not an image of real numbers, whole."""
-    from spectral.io import envi
-
-    if isinstance(image, envi.SpectralLibrary):
-        fault = "the ENVI file is a spectral library, not an image"
-        raise ImageError(message(fault, where=path, got=f"{len(image.spectra)} spectra", fix="give an image"))
-    if np.dtype(image.dtype).kind == "c":
-        raise ImageError(message("the ENVI file holds complex numbers", where=path, expected="real ones"))
-    expected = image.offset + image.nrows * image.ncols * image.nbands * image.sample_size
-    held = os.path.getsize(image.filename)
+def _numbers_of(header: dict[str, Any], path: Path) -> NDArray[np.float32]:
+    """What the data hold, ndarray of shape (Y, X, N): scaled, and NaN where they are to be ignored."""
+    dtype, offset, sizes, order = layout_of(header, path)
+    source = data_file(path)
+    if source is None:
+        raise ImageError(
+            message(
+                "the ENVI file is not readable",
+                where=path,
+                got="a header without data",
+                expected=f"the data beside it, {path.stem}.img or of another usual name",
+            )
+        )
+    rows, columns, bands = sizes
+    expected, held = offset + math.prod(sizes) * dtype.itemsize, os.path.getsize(source)
     if held < expected:
         raise ImageError(
             message(
                 "the image file is truncated",
-                where=image.filename,
+                where=source,
                 got=f"{held} bytes",
                 expected=f"{expected} bytes",
                 fix="write or copy it again",
             )
         )
+    unread = [f"the last {held - expected} bytes of its data"] * (held > expected)
+    unread += [f"the field '{name}'" for name in header if name.endswith(("gain values", "offset values"))]
+    if unread:
+        text = f"{path}: not used: {', '.join(unread)}"
+        warnings.warn(text, ApproximationWarning, stacklevel=5)
+    check_memory(4 * math.prod(sizes), source, f"{columns} x {rows} pixels, {bands} bands")
+    stored = np.memmap(source, dtype, "r", offset, tuple(sizes[axis] for axis in order))
+    values = np.array(stored.transpose(np.argsort(order)), np.float32, order="C")
+    if "data ignore value" in header:
+        values[values == np.float32(header["data ignore value"])] = np.nan
+    if "reflectance scale factor" in header:
+        values /= np.float32(header["reflectance scale factor"])
+    return values
 
 
 def _mended(

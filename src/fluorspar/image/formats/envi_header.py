@@ -14,7 +14,19 @@ from fluorspar.image.dataset import decoded_attrs
 from fluorspar.image.units import NOT_STATED, quantity_of, stated, unit_of, wavelengths_in_nm
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["bandwidth", "check_number", "good_bands", "header_of", "stated_by", "wavelengths"]
+__all__ = [
+    "bandwidth",
+    "good_bands",
+    "header_of",
+    "laid_out_as",
+    "layout_of",
+    "read_header",
+    "stated_by",
+    "wavelengths",
+]
+
+_ORDERS = {"bip": (0, 1, 2), "bil": (0, 2, 1), "bsq": (2, 0, 1)}
+"""Which of rows, columns and bands runs slowest, and which next."""
 
 _FIX = "add 'wavelength = { ... }' and 'wavelength units = Nanometers' to the header"
 
@@ -90,8 +102,8 @@ def good_bands(header: dict[str, Any], count: int, path: Path) -> NDArray[np.boo
     return good
 
 
-def bandwidth(header: dict[str, Any], count: int, path: Path) -> dict[str, float]:
-    """The attribute `bandwidth_nm`, from `fwhm`; none if the header has none.
+def bandwidth(header: dict[str, Any], at: NDArray[np.float64], path: Path) -> dict[str, float]:
+    """The attribute `bandwidth_nm`, from `fwhm`; none if the header has none. `at` are the wavelengths in nm.
 
     Warns
     -----
@@ -101,13 +113,11 @@ def bandwidth(header: dict[str, Any], count: int, path: Path) -> dict[str, float
     if "fwhm" not in header:
         return {}
     try:
-        values = _numbers(header, "fwhm", count, path)
+        values = _numbers(header, "fwhm", len(at), path)
     except (ValueError, TypeError) as err:
         raise ImageError(message("the band widths (fwhm) are not readable", where=path, got=err)) from err
-    at = _numbers(header, "wavelength", count, path)
     # the unit of widths is that of the wavelengths, which may have to be guessed from those
-    scale = wavelengths(header, count, path)[0] / at[0]
-    widths = values * scale
+    widths = values * at[0] / _numbers(header, "wavelength", len(at), path)[0]
     mean = float(widths.mean())
     if not (np.isfinite(mean) and widths.min() > 0):
         return {}
@@ -120,18 +130,118 @@ def bandwidth(header: dict[str, Any], count: int, path: Path) -> dict[str, float
     return {"bandwidth_nm": float(f"{mean:.10g}")}
 
 
-def check_number(header: dict[str, Any], name: str, path: Path) -> None:
-    """Find out whether a field, if it is there, is a number that can be used.
+def laid_out_as(shape: tuple[int, ...]) -> dict[str, Any]:
+    """The part of the header that says how the data lie: float32, little-endian, band interleaved by pixel.
+
+    Examples
+    --------
+    >>> laid_out_as((4, 3, 69))["interleave"]
+    'bip'
+    """
+    sizes = dict(zip(("lines", "samples", "bands"), shape, strict=True))
+    return sizes | {"header offset": 0, "data type": 4, "interleave": "bip", "byte order": 0}
+
+
+def read_header(path: Path) -> dict[str, Any]:
+    """The fields of a header by their names.
 
     Raises
     ------
     ImageError
-        If it is not a number, or a scale factor that is not above 0.
-
-    Examples
-    --------
-    >>> check_number({"data ignore value": "-999"}, "data ignore value", Path("a.hdr"))
+        If it is no ENVI header.
     """
+    from spectral.io import envi
+
+    try:
+        return dict(envi.read_envi_header(str(path)))
+    except (envi.EnviException, OSError, ValueError) as err:
+        raise ImageError(
+            message(
+                "the ENVI header is not readable",
+                where=path,
+                got=str(err).strip().splitlines()[0] if str(err).strip() else type(err).__name__,
+                expected="lines such as 'samples = 640' after a first line 'ENVI'",
+            )
+        ) from err
+
+
+def layout_of(
+    header: dict[str, Any], path: Path
+) -> tuple[np.dtype[Any], int, tuple[int, int, int], tuple[int, ...]]:
+    """How the data lie in their file.
+
+    Returns
+    -------
+    dtype : dtype
+    offset : int
+        Bytes before the first number.
+    sizes : tuple of int
+        Numbers of rows, columns and bands.
+    order : tuple of int
+        Which of these runs slowest, and so on.
+
+    Raises
+    ------
+    ImageError
+        If a field is missing or has a value that is not known, or the file is not a plain image of real numbers.
+
+    Warns
+    -----
+    ApproximationWarning
+        If there is no byte order: little-endian is assumed.
+    """
+    from spectral.io import envi
+
+    if "library" in str(header.get("file type", "")).lower():
+        fault, got = "the ENVI file is a spectral library, not an image", f"{header.get('lines')} spectra"
+        raise ImageError(message(fault, where=path, got=got, fix="give an image"))
+    if str(header.get("file compression", "0")) != "0":
+        raise _unusable("file compression", header, path, "0: uncompressed data")
+    interleave = str(header.get("interleave", "")).lower()
+    if interleave not in _ORDERS:
+        raise _unusable("interleave", header, path, ", ".join(_ORDERS))
+    order = str(header.get("byte order", "")).strip()
+    if not order:
+        text = f"{path}: the header states no byte order: little-endian (byte order = 0) is assumed"
+        warnings.warn(text, ApproximationWarning, stacklevel=5)
+    elif order not in ("0", "1"):
+        raise _unusable("byte order", header, path, "0 or 1")
+    for name in ("reflectance scale factor", "data ignore value"):
+        _check_number(header, name, path)
+    numbers = {}
+    for name in ("lines", "samples", "bands", "header offset"):
+        try:
+            numbers[name] = int(header.get(name, "0" if name == "header offset" else ""))
+        except (TypeError, ValueError):
+            numbers[name] = -1
+        if numbers[name] < (name != "header offset"):
+            raise _unusable(name, header, path, "a whole number")
+    offset = numbers.pop("header offset")
+    kind = str(header.get("data type"))
+    if kind not in envi.envi_to_dtype:
+        raise _unusable("data type", header, path, ", ".join(envi.envi_to_dtype))
+    dtype = np.dtype(envi.envi_to_dtype[kind]).newbyteorder(">" if order == "1" else "<")
+    if dtype.kind == "c":
+        raise ImageError(message("the ENVI file holds complex numbers", where=path, expected="real ones"))
+    for name in ("major frame offsets", "minor frame offsets"):
+        if any(str(skipped) != "0" for skipped in np.atleast_1d(header.get(name, "0"))):
+            raise _unusable(name, header, path, "0")
+    sizes = (numbers["lines"], numbers["samples"], numbers["bands"])
+    return dtype, offset, sizes, _ORDERS[interleave]
+
+
+def _unusable(name: str, header: dict[str, Any], path: Path, expected: str) -> ImageError:
+    got = repr(header[name]) if name in header else "no such line"
+    fix = "mend the header"
+    return ImageError(
+        message(
+            f"the '{name}' of the ENVI header is not usable", where=path, got=got, expected=expected, fix=fix
+        )
+    )
+
+
+def _check_number(header: dict[str, Any], name: str, path: Path) -> None:
+    """Find out whether a field, if it is there, is a number that can be used."""
     if name not in header:
         return
     scale = "scale" in name
@@ -141,15 +251,7 @@ def check_number(header: dict[str, Any], name: str, path: Path) -> None:
     except (TypeError, ValueError):
         usable = False
     if not usable:
-        raise ImageError(
-            message(
-                f"the '{name}' of the ENVI header is not usable",
-                where=path,
-                got=repr(header[name]),
-                expected="a number above 0" if scale else "a number",
-                fix="mend the line, or delete it",
-            )
-        )
+        raise _unusable(name, header, path, "a number above 0" if scale else "a number")
 
 
 def stated_by(header: dict[str, Any]) -> dict[str, str]:

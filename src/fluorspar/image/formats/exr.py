@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,13 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, SpectrumError, message
-from fluorspar.files.names import check_source
+from fluorspar.files.memory import check_memory
+from fluorspar.files.names import check_source, encodable
 from fluorspar.files.writing import check_target, replacing
 from fluorspar.image.components import COMPONENTS, TOTAL
 from fluorspar.image.dataset import VARIABLES, add_up, grid_of, make_dataset, names_of, plain_attrs, values_of
 from fluorspar.image.display.appearance import appearance, linear_srgb
 from fluorspar.image.formats.exr_units import channel_kind, emissive_units
 from fluorspar.image.formats.foreign_exr import foreign_dataset
+from fluorspar.spectral.uneven import UnevenWavelengths, grid_through
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -84,7 +86,7 @@ def write_exr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     grid = grid_of(dataset)
     described = {
         "attrs": plain_attrs(dataset.attrs),
-        "wavelengths": [grid.start, grid.stop, grid.step],
+        **_noted(grid),
         "parts": [TOTAL] * (names_of(dataset) == (TOTAL,)) + [name for name, _, _ in _parts(dataset)],
     }
     header = {
@@ -101,16 +103,24 @@ def write_exr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     for name, variable, component in _parts(dataset):
         values = values_of(dataset, variable, component=component)
         parts.append(OpenEXR.Part(dict(header), _spectral_channels(grid, values, kind), name))
-    with replacing(path) as temporary, _all_cores(), OpenEXR.File(parts) as file:
-        file.write(str(temporary))
+    with (
+        replacing(path) as temporary,
+        encodable(temporary) as name,
+        _all_cores(),
+        OpenEXR.File(parts) as file,
+    ):
+        file.write(name)
 
 
-def read_exr(path: str | os.PathLike[str]) -> xr.Dataset:
+def read_exr(path: str | os.PathLike[str], channel_wavelengths: Sequence[float] | None = None) -> xr.Dataset:
     """Read a spectral EXR file, that of Fluorspar with its components, that of another program as it is.
 
     Parameters
     ----------
     path : str or path-like
+    channel_wavelengths : sequence of float, optional
+        Wavelengths in nm of the channels of another program whose names hold none, in the order of the numbers
+        in their names.
 
     Returns
     -------
@@ -133,9 +143,9 @@ def read_exr(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     described, all_parts = _read_parts(Path(path))
     if described is None:
-        return foreign_dataset(all_parts, Path(path))
+        return foreign_dataset(all_parts, Path(path), channel_wavelengths)
     parts = {part.name(): part for part in all_parts}
-    grid = Wavelengths(*described["wavelengths"])
+    grid = _grid(described)
     kind = channel_kind(described["attrs"])
     channels = [channel_name(wavelength, kind) for wavelength in grid.values]
     known = (*COMPONENTS, TOTAL)
@@ -166,17 +176,30 @@ def _read_parts(path: Path) -> tuple[dict[str, Any] | None, list[Any]]:
         if stream.read(len(_MAGIC)) != _MAGIC:
             raise ImageError(message("the image file is not an OpenEXR file", where=path))
     try:
-        with OpenEXR.File(str(path), header_only=True) as file:
-            described = _described(file.header(0), path)
-            promised = [len(file.header(index)["channels"]) for index in range(len(file.parts))]
-        with _all_cores():
-            file = OpenEXR.File(str(path), separate_channels=True)
-    except (RuntimeError, ValueError, OSError) as err:
+        with encodable(path) as name:
+            with OpenEXR.File(name, header_only=True) as file:
+                headers = [dict(file.header(index)) for index in range(len(file.parts))]
+            described = _described(headers[0], path)
+            _check_size(headers, path)
+            with _all_cores():
+                file = OpenEXR.File(name, separate_channels=True)
+    except (RuntimeError, ValueError, OSError, KeyError, IndexError) as err:
         raise _damaged(path, str(err)) from err
+    promised = [len(header["channels"]) for header in headers]
     # OpenEXR drops the pixels it cannot read, with nothing but a line on standard output
     if [len(part.channels) for part in file.parts] != promised:
         raise _damaged(path, "some pixels are missing")
     return described, list(file.parts)
+
+
+def _check_size(headers: list[dict[str, Any]], path: Path) -> None:
+    """Refuse an image that does not fit into memory: its planes, and then its spectra."""
+    needed = 0
+    for header in headers:
+        low, high = (np.asarray(corner, np.int64) for corner in header["dataWindow"])
+        width, height = (int(size) for size in high - low + 1)
+        needed += 8 * width * height * len(header["channels"])
+    check_memory(needed, path, f"{width} x {height} pixels, {len(headers)} parts")
 
 
 def _assembled(layers: list[list[NDArray[np.float32]]]) -> NDArray[np.float32]:
@@ -249,10 +272,10 @@ def _described(header: dict[str, Any], path: Path) -> dict[str, Any] | None:
         return None
     try:
         described: dict[str, Any] = json.loads(header[_ATTRIBUTE])
-        Wavelengths(*described["wavelengths"])
+        _grid(described)
         if set(described["parts"]) & {*COMPONENTS, TOTAL} and isinstance(described["attrs"], dict):
             return described
-    except (KeyError, TypeError, ValueError, SpectrumError):
+    except (KeyError, TypeError, ValueError, AttributeError, SpectrumError):
         pass
     raise ImageError(
         message(
@@ -262,6 +285,18 @@ def _described(header: dict[str, Any], path: Path) -> dict[str, Any] | None:
             fix="remove the attribute to have the file read as that of another program",
         )
     )
+
+
+def _noted(grid: Wavelengths) -> dict[str, list[float]]:
+    if isinstance(grid, UnevenWavelengths):
+        return {"uneven_wavelengths": grid.values.tolist()}
+    return {"wavelengths": [grid.start, grid.stop, grid.step]}
+
+
+def _grid(described: dict[str, Any]) -> Wavelengths:
+    if "uneven_wavelengths" in described:
+        return grid_through(described["uneven_wavelengths"], error=SpectrumError)
+    return Wavelengths(*described["wavelengths"])
 
 
 def _damaged(path: Path, reason: str) -> ImageError:

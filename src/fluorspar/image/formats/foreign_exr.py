@@ -2,13 +2,15 @@
 
 Read are the layout of A. Fichet, R. Pacanowski, A. Wilkie, "An OpenEXR Layout for Spectral Images", JCGT 10(3),
 2021, and what comes near it: wavelengths in any unit of length or frequency and in any order, names with fewer
-digits, as pbrt writes them, half floats, further channels, attributes left out.
+digits, as pbrt writes them, half floats, further channels, attributes left out; and channels that are named by a
+wavelength alone, as those of Mitsuba's specfilm often are.
 """
 
 from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +21,7 @@ from fluorspar.files.names import text_of
 from fluorspar.image.components import TOTAL
 from fluorspar.image.dataset import make_dataset
 from fluorspar.image.formats.exr_units import stated_by
-from fluorspar.spectral.even import regular_spectra
+from fluorspar.spectral.uneven import grid_through
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +33,11 @@ _CHANNEL = re.compile(
     r"(?:(?P<layer>.+)\.)?(?P<kind>S[0-3]|T)\.(?P<number>\d*[.,]?\d+(?:[eE][+-]?\d+)?)"
     r"(?P<prefix>[YZEPTGMkhdcmunp]|da)?(?P<unit>m|Hz)"
 )
+_PLAIN = re.compile(
+    r"(?P<before>(?:.*[^\d.,])?)(?P<number>\d+(?:[.,]\d+)?)(?P<unit>(?:nm|um)?)(?P<after>[^\d]*)"
+)
+_BISPECTRAL = re.compile(r"T\.[\d.,]+nm\.[\d.,]+nm")
+_PREVIEW = frozenset("RGBAXYZ")
 _PREFIXES = {
     **{
         "": 1.0,
@@ -80,15 +87,20 @@ def channel_wavelength(name: str) -> tuple[str, str, float] | None:
     return found["layer"] or "", found["kind"], float(f"{metres * 1e9:.15g}")
 
 
-def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
+def foreign_dataset(
+    parts: list[Any], path: Path, channel_wavelengths: Sequence[float] | None = None
+) -> xr.Dataset:
     """Make a spectral image, not split into components, of the parts of an EXR file.
 
     Parameters
     ----------
     parts : list of OpenEXR.Part
-        With separate channels. The first one that holds light (S0) is used, or else reflectance (T).
+        With separate channels. The first one that holds light (S0) is used, or else reflectance (T), or else
+        channels that are named by their wavelengths alone.
     path : Path
         For messages.
+    channel_wavelengths : sequence of float, optional
+        Wavelengths in nm of the channels of the first part, in the order of the numbers in their names.
 
     Returns
     -------
@@ -104,10 +116,13 @@ def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
     Warns
     -----
     ApproximationWarning
-        If parts, layers or polarisation are left out, it holds reflectance, or the wavelengths are
-        not evenly spaced.
+        If parts, layers, polarisation or other channels are left out, it holds reflectance, or the names of the
+        channels have to be interpreted.
     """
-    part, kind, named = _spectral_channels(parts, path)
+    if channel_wavelengths is not None:
+        part, kind, named = parts[0], "S0", _named_by(parts[0], channel_wavelengths, path)
+    else:
+        part, kind, named = _spectral_channels(parts, path)
     if len(named) < 2:
         raise ImageError(
             message(
@@ -127,7 +142,7 @@ def foreign_dataset(parts: list[Any], path: Path) -> xr.Dataset:
     if kind == "T":
         text = f"{path} holds reflectance, and is kept as such: pictures show it in light that is even over the bands"
         warnings.warn(text, ApproximationWarning, stacklevel=3)
-    values, grid = regular_spectra(values, np.array(sorted(named)), path)
+    grid = grid_through(sorted(named), path)
     attrs = {"source_file": text_of(path.name)} | stated_by(part.header, kind)
     return make_dataset(values[np.newaxis], grid, attrs=attrs, components=(TOTAL,))
 
@@ -150,23 +165,81 @@ def _spectral_channels(parts: list[Any], path: Path) -> tuple[Any, str, dict[flo
             named[wavelength] = name
     usable = sorted(key for key in found if key[2] in ("S0", "T"))
     if not usable:
-        names = [name for part in parts for name in part.channels]
-        raise ImageError(
-            message(
-                "the EXR file has no spectral channel",
-                where=path,
-                got=", ".join(names[:12]) + (", ..." if len(names) > 12 else ""),
-                expected="channels such as S0.550,000000nm",
-            )
-        )
+        return parts[0], "S0", _named_plainly(parts[0], path)
     chosen = next((key for key in usable if key[2] == "S0"), usable[0])
     if chosen in twice:
         raise ImageError(message("two channels have one wavelength", where=path, got=twice[chosen]))
     left_out = [_called(key, chosen, parts) for key in sorted(found) if key != chosen]
-    if left_out:
-        text = f"{path}: not read: {', '.join(dict.fromkeys(left_out))}"
-        warnings.warn(text, ApproximationWarning, stacklevel=4)
+    _say_unread(parts[chosen[0]], list(dict.fromkeys(left_out)), path)
     return parts[chosen[0]], chosen[2], found[chosen]
+
+
+def _say_unread(part: Any, left_out: list[str], path: Path, known: Iterable[str] = ()) -> None:
+    """Warn of what is not read: what is given, and channels that are neither spectral, a preview nor known."""
+    others = [name for name in part.channels if channel_wavelength(name) is None and name not in known]
+    bispectral = [name for name in others if _BISPECTRAL.search(name)]
+    plain = [name for name in others if name not in _PREVIEW and name not in bispectral]
+    if plain:
+        left_out.append(f"{'channel' if len(plain) == 1 else 'channels'} {_listed(plain)}")
+    if left_out:
+        warnings.warn(f"{path}: not read: {', '.join(left_out)}", ApproximationWarning, stacklevel=5)
+    if bispectral:
+        text = (
+            f"{path}: {len(bispectral)} bispectral channels are not read ({_listed(bispectral, 2)}): an image holds "
+            "light, not how a surface luminesces; write their numbers as a Donaldson matrix (CSV) to make a material"
+        )
+        warnings.warn(text, ApproximationWarning, stacklevel=5)
+
+
+def _named_plainly(part: Any, path: Path) -> dict[float, str]:
+    """The channels of wavelengths whose names are a wavelength and nothing that says what they hold."""
+    families: dict[tuple[str, str], dict[float, str]] = {}
+    for name in part.channels:
+        if (found := _PLAIN.fullmatch(name)) is None:
+            continue
+        wavelength = float(found["number"].replace(",", ".")) * (1e3 if found["unit"] == "um" else 1.0)
+        if 100 < wavelength < 1e5:
+            family = families.setdefault((found["before"], found["unit"] + found["after"]), {})
+            family.setdefault(wavelength, name)
+    named = max(families.values(), key=len, default={})
+    if not named:
+        raise ImageError(
+            message(
+                "the EXR file has no spectral channel",
+                where=path,
+                got=_listed(list(part.channels)),
+                expected="channels such as S0.550,000000nm, band_550nm or 550",
+                fix="state the wavelengths of its channels: fluorspar convert IN OUT --channel-wavelengths 400:700:10",
+            )
+        )
+    ends = f"{named[min(named)]} to {named[max(named)]}"
+    text = (
+        f"{path}: channels {ends} are taken for light at the wavelengths of their names, in nm; what they hold is not "
+        "stated (specfilm of Mitsuba writes integrals over its bands)"
+    )
+    warnings.warn(text, ApproximationWarning, stacklevel=5)
+    _say_unread(part, [], path, named.values())
+    return named
+
+
+def _named_by(part: Any, wavelengths: Sequence[float], path: Path) -> dict[float, str]:
+    """The channels that were given wavelengths, in the order of the numbers in their names."""
+    names = [name for name in part.channels if name not in _PREVIEW]
+    names.sort(key=lambda name: [int(text) if text.isdigit() else text for text in re.split(r"(\d+)", name)])
+    if len(names) != len(wavelengths) or len(set(wavelengths)) < len(wavelengths):
+        raise ImageError(
+            message(
+                "the wavelengths of the channels do not fit the EXR file",
+                where=path,
+                got=f"{len(wavelengths)} wavelengths",
+                expected=f"{len(names)} different ones, for {_listed(names)}",
+            )
+        )
+    return {float(wavelength): name for wavelength, name in zip(wavelengths, names, strict=True)}
+
+
+def _listed(names: list[str], most: int = 12) -> str:
+    return ", ".join(names[:most]) + (", ..." if len(names) > most else "")
 
 
 def _called(key: tuple[int, str, str], chosen: tuple[int, str, str], parts: list[Any]) -> str:

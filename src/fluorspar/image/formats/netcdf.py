@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from fluorspar.errors import ImageError, message
+from fluorspar.errors import FluorsparError, ImageError, message
 from fluorspar.files.names import check_source
 from fluorspar.files.writing import replacing
 from fluorspar.image.dataset import (
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["NetcdfWriter", "read_netcdf", "write_netcdf"]
 
 
-def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
+def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], compress: bool = False) -> None:
     """Write a spectral image to a NetCDF file, without loss.
 
     Parameters
@@ -36,6 +36,8 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         A spectral image; it may be larger than memory.
     path : str or path-like
         The file to be written or replaced.
+    compress : bool
+        Pack the numbers without loss: less than half the size, but written about ten times as slowly.
 
     Raises
     ------
@@ -58,8 +60,8 @@ def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     shape = (dataset.sizes["y"], dataset.sizes["x"])
     attrs = plain_attrs(dataset.attrs)
     size = sum(4 * dataset[name].size for name in present)
-    with replacing(path, size) as temporary, PatientFile(temporary) as stream:
-        with create(stream, grid_of(dataset), names_of(dataset), *shape, present, attrs) as file:
+    with replacing(path, 0 if compress else size) as temporary, PatientFile(temporary) as stream:
+        with create(stream, grid_of(dataset), names_of(dataset), *shape, present, attrs, compress) as file:
             for rows in row_blocks(dataset):
                 for name in present:
                     if "component" in VARIABLES[name][1]:
@@ -78,8 +80,9 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     Parameters
     ----------
     path : str or path-like
-        A file written by Fluorspar, or any NetCDF-4 file of the same layout. Numbers packed with
-        `scale_factor` and `add_offset` are decoded, wavelengths in micrometres become nm.
+        A file written by Fluorspar, or any NetCDF-4 file that holds an image with wavelengths: `radiance` or
+        `reflectance` in any order of dimensions, with or without components. Numbers packed with `scale_factor` and
+        `add_offset` are decoded, wavelengths in micrometres become nm.
 
     Returns
     -------
@@ -92,6 +95,11 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     ImageError
         If the file is missing, truncated, or not a spectral image.
 
+    Warns
+    -----
+    ApproximationWarning
+        If something has to be assumed, or is not read.
+
     Examples
     --------
     >>> read_netcdf("no-such-file.nc")
@@ -100,30 +108,34 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     fluorspar.errors.ImageError: the image file does not exist
       where:    no-such-file.nc
     """
+    import h5py
     import xarray as xr
 
     path = check_source(path)
+    dataset = None
     try:
+        with h5py.File(path, "r") as file:
+            file.attrs.get("_nc3_strict")  # where this fails, h5netcdf prints a traceback as it closes
         dataset = xr.open_dataset(path, engine="h5netcdf", mask_and_scale=False, decode_times=False)
-    except (OSError, ValueError, KeyError, RuntimeError) as err:
-        what = "the image file is truncated" if "truncated" in str(err) else "the image file is not readable"
+        read = check_dataset(normalised(dataset, path), path)
+        read.attrs = plain_attrs(read.attrs)
+    except Exception as err:  # of a damaged file, three libraries may raise anything
+        if dataset is not None:
+            dataset.close()
+        if isinstance(err, FluorsparError | Warning):
+            raise
+        said = str(err).splitlines()[0] if str(err) else type(err).__name__
         raise ImageError(
             message(
-                what,
+                "the image file is truncated" if "truncated" in said else "the image file is not readable",
                 where=path,
-                got=str(err).splitlines()[0],
+                got=said,
                 expected="a complete NetCDF-4 file",
                 fix="write or copy it again",
             )
         ) from err
-    try:
-        read = check_dataset(normalised(dataset, path), path)
-    except ImageError:
-        dataset.close()
-        raise
     for name in VARIABLES:
         if name in read:
             read[name].attrs.pop("_FillValue", None)
-    read.attrs = plain_attrs(read.attrs)
     read.set_close(dataset.close)
     return read

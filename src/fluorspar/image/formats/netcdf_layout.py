@@ -92,6 +92,7 @@ def create(
     width: int,
     variables: Sequence[str],
     attrs: Mapping[str, Any],
+    compress: bool = False,
 ) -> Any:
     """Lay out a NetCDF file without pixels: what is never written reads as NaN and takes no space.
 
@@ -105,6 +106,8 @@ def create(
         Some of `VARIABLES`.
     attrs : mapping
         Attributes of the image, for quantity and unit.
+    compress : bool
+        Whether to pack the numbers without loss.
 
     Returns
     -------
@@ -128,6 +131,7 @@ def create(
         dims = VARIABLES[name][1]
         chunks = tuple(extents[dim] for dim in dims)
         missing = np.float32(np.nan)
-        variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks)
+        packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if compress else {}
+        variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks, **packed)
         variable.attrs.update(variable_attrs(name, attrs))
     return file

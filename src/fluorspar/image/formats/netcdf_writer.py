@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
-from fluorspar.files.writing import check_target, temporary_name, undisturbed, write_error
+from fluorspar.files.writing import Temporary, check_target, undisturbed, write_error
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.dataset import VARIABLES, plain_attrs
 from fluorspar.image.formats.netcdf_layout import PatientFile, chunk_rows, create
@@ -102,10 +102,10 @@ class NetcdfWriter:
         self._spilled: dict[int, NDArray[np.bool_]] = {}
         self._spare: list[_Block] = []
         self._known = 0
-        self._temporary = temporary_name(self.path)
         self._file: Any = None
         try:
-            self._stream = PatientFile(self._temporary)
+            self._temporary = Temporary(self.path)
+            self._stream = PatientFile(self._temporary.path)
         except OSError as err:
             raise write_error(self.path, err) from err
         self._file = create(self._stream, wavelengths, components, height, width, self._variables, self.attrs)
@@ -201,7 +201,7 @@ class NetcdfWriter:
             self._file.close()
             self._stream.check()
             self._stream.close()
-            os.replace(self._temporary, self.path)
+            self._temporary.keep()
             self._file = None
 
     def discard(self) -> None:
@@ -211,8 +211,7 @@ class NetcdfWriter:
             if file is not None:
                 file.close()
             self._stream.close()
-        with suppress(OSError):
-            self._temporary.unlink(missing_ok=True)
+        self._temporary.drop()
         self._blocks.clear()
 
     @contextmanager

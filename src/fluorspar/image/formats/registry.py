@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from fluorspar.errors import ImageError, message
+from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.files.formats import Format, suffixes_read, suffixes_written
 
 if TYPE_CHECKING:
@@ -57,23 +58,42 @@ def suffix_among(path: str | os.PathLike[str], known: tuple[str, ...], doing: st
     return suffix
 
 
-def read_image(path: str | os.PathLike[str]) -> xr.Dataset:
+def read_image(
+    path: str | os.PathLike[str], channel_wavelengths: Sequence[float] | None = None
+) -> xr.Dataset:
     """Read an image file in the format that its suffix says, as `SpectralImage.open` does.
 
     Raises
     ------
     ImageError
         If the suffix is none of `SUFFIXES`, or the file cannot be read.
+    OptionError
+        If wavelengths of channels are given for a file that states its own.
     """
-    return cast("xr.Dataset", FORMATS[suffix_among(path, SUFFIXES, "read from")].read(path))
+    suffix = suffix_among(path, SUFFIXES, "read from")
+    if channel_wavelengths is None:
+        return cast("xr.Dataset", FORMATS[suffix].read(path))
+    if suffix != ".exr":
+        fault = "only the channels of an EXR file can be given wavelengths"
+        raise OptionError(message(fault, got=path, fix="state them in the file"))
+    return cast("xr.Dataset", FORMATS[suffix].read(path, channel_wavelengths))
 
 
-def write_image(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
+def write_image(dataset: xr.Dataset, path: str | os.PathLike[str], compress: bool = False) -> None:
     """Write an image file in the format that its suffix says, as `SpectralImage.save` does.
 
     Raises
     ------
     ImageError
         If the suffix is none of `SUFFIXES_WRITTEN`, or the file cannot be written.
+    OptionError
+        If a format is to be compressed that is not.
     """
-    FORMATS[suffix_among(path, SUFFIXES_WRITTEN, "written to")].write(dataset, path)
+    suffix = suffix_among(path, SUFFIXES_WRITTEN, "written to")
+    if not compress:
+        FORMATS[suffix].write(dataset, path)
+    elif suffix == ".nc":
+        FORMATS[suffix].write(dataset, path, compress)
+    else:
+        fault = "only NetCDF has a choice of being compressed"
+        raise OptionError(message(fault, got=path, expected="a name that ends in .nc"))

@@ -111,7 +111,7 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
             if value is None:
                 continue
             props[name] = mi.ScalarColor3f(*value) if isinstance(value, tuple) else value
-    with resolving(scene.base):
+    with resolving(*scene.folders):
         for node, dye in lobes.maps.items():
             nodes[node].props["reflectance"] = _dye_map(state, dye)
     for surface in scene.surfaces:
@@ -130,7 +130,7 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         if kind(nodes[child]) in ("Integrator", "BSDF", "Texture"):
             del nodes[0].props[key]
     set_film(state, scene.settings)
-    with resolving(scene.base):
+    with resolving(*scene.folders):
         built = build(state)
 
     sky = [emitter for emitter in built.emitters() if emitter.class_name() == "EnvironmentMapEmitter"]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fluorspar.paths.log import END
 from fluorspar.paths.tracing.merging import join_meshes, joinable
+from fluorspar.scene.extent import warn_of_extent
 from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
 from fluorspar.scene.scene import Scene
@@ -76,7 +77,7 @@ def build_trace_scene(scene: Scene) -> TraceScene:
             del nodes[0].props[key]
     set_film(state, scene.settings)
 
-    with resolving(scene.base):
+    with resolving(*scene.folders):
         parts = _parts(state)
     row_of_id = {f"light-{light.node}": row for row, light in enumerate(scene.lights)}
     surface_of_id = {f"surface-{surface.node}": surface for surface in scene.surfaces}
@@ -86,6 +87,7 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     # A key becomes the id of what it holds, and ids say which light is which.
     named = {part.id(): part for part in (*others, *(part.shape for part in joined))}
     built = mi.load_dict({"type": "scene", **named}, optimize=False)
+    warn_of_extent(built)
     sensor = built.sensors()[0]
     sampler = sensor.sampler().clone()
     sampler.set_sample_count(scene.settings.spp)

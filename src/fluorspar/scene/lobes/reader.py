@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning, SceneError, message
-from fluorspar.scene.lights import Light
+from fluorspar.scene.lights import Light, light_names
 from fluorspar.scene.lobes.lobe import (
     CHANNELS,
     DARK,
@@ -46,7 +46,7 @@ _DARKEST = 0.02  # probe: a lobe of a black colour still needs a coefficient
 _PRIMARIES = np.array([450.0, 545.0, 610.0])  # nm, where the numbers of an rgb index of refraction are taken
 
 Value = float | str | tuple[float, float, float] | None
-ReadMaterial = Callable[[Any, int, str], Material]
+ReadMaterial = Callable[[Any, int, int], Material]
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,7 @@ class _Side:
     """One side of a BSDF while it is read: which spectrum has which channel."""
 
     where: str
+    shape: int
     taken: dict[int, _Spectral] = field(default_factory=dict)
     straight: bool = False
 
@@ -101,7 +102,7 @@ class LobeReader:
     state : mitsuba.parser.ParserState
         Parsed scene; the variant set is `scalar_spectral`.
     read_material : callable
-        Makes the material of a node that is matte and of one spectrum: takes nodes, its number and words for it.
+        Makes the material of a node that is matte and of one spectrum: takes nodes, its number, and that of a shape that it is on.
     overrides : mapping of str to Material
         Materials from outside, by shape or BSDF id.
     """
@@ -129,7 +130,7 @@ class LobeReader:
         self._white = _Spectral(0, False, 1.0, 1.0)
         self.rows.append(Material("white", Spectrum.constant(1.0, name="white")))
 
-    def light(self, index: int, row: int, where: str) -> Light | None:
+    def light(self, index: int, row: int, shape: int | None) -> Light | None:
         """Read a light that varies with direction or place; None if this one does not.
 
         Parameters
@@ -138,14 +139,14 @@ class LobeReader:
             Its node.
         row : int
             The row of the light table that it gets.
-        where : str
-            What it is on, for messages.
+        shape : int or None
+            The node of the shape that it is on.
         """
         import mitsuba as mi
 
         props = self.state.nodes[index].props
         plugin = props.plugin_name()
-        name = props.id() or where
+        name, _ = light_names(self.state, index, shape)
         if plugin == "envmap":
             width, _ = mi.Bitmap(str(mi.file_resolver().resolve(props["filename"]))).size()
             colours, scale = sky_colours(self.state, index, int(width), f"light '{name}'")
@@ -209,7 +210,7 @@ class LobeReader:
         else:
             nested = [child for _, child in children(self.state, bsdf)] if twosided else [bsdf]
             front, back = (
-                self.side(index, where, nodes[bsdf].props.id()) for index in (nested[0], nested[-1])
+                self.side(index, shape, where, nodes[bsdf].props.id()) for index in (nested[0], nested[-1])
             )
         self.of_surface[shape] = front, back
         return self._main(front), self._main(back)
@@ -237,9 +238,9 @@ class LobeReader:
             self.overridden.add(name)
         return self._spectral[key]
 
-    def side(self, bsdf: int, where: str, name: str) -> list[Lobe]:
+    def side(self, bsdf: int, shape: int, where: str, name: str) -> list[Lobe]:
         """Read one side of a BSDF of this name: the lobes of a BSDF node and of all that it holds."""
-        side = _Side(f"BSDF {label(self.state.nodes[bsdf], bsdf)} of {where}")
+        side = _Side(f"BSDF {label(self.state.nodes[bsdf], bsdf)} of {where}", shape)
         if name in self.overrides:
             self._becomes(bsdf, self.outside(name), side)
         else:
@@ -406,7 +407,7 @@ def _fluorescent(reader: LobeReader, index: int, side: _Side) -> None:
             del state.nodes[index].props[name]
         if "reflectance" in maps:
             state.nodes[index].props["reflectance"] = 0.0
-        reader._spectral[key] = reader.of_material(reader.read_material(state, index, side.where))
+        reader._spectral[key] = reader.of_material(reader.read_material(state, index, side.shape))
     whole = reader._spectral[key]
     if coat:
         _coated(reader, index, side, whole, coat)

@@ -33,7 +33,7 @@ def surface_mesh(scene: Scene, surface: int) -> TriangleMesh:
     import mitsuba as mi
 
     state, _ = with_materials(scene)
-    with resolving(scene.base):
+    with resolving(*scene.folders):
         shape = build(state, scene.surfaces[surface].node)
     parameters = mi.traverse(shape)
     if "vertex_positions" not in parameters:

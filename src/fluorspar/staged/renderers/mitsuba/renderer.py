@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, RendererError, SceneNotice, message
+from fluorspar.scene.extent import warn_of_extent
 from fluorspar.scene.lights import spectrum_property
 from fluorspar.scene.nodes import build, resolving
 from fluorspar.scene.scene import Scene
@@ -127,9 +128,10 @@ class _LoadedScene:
                 remove_shape(state, scene.surfaces[array.surface].node)
             self._add_patches(state, array)
         one_sample_camera(state, scene)
-        with resolving(scene.base):
+        with resolving(*scene.folders):
             self.mitsuba_scene = build(state)
         if array is None:
+            warn_of_extent(self.mitsuba_scene)
             by_id = {emitter.id(): emitter for emitter in self.mitsuba_scene.emitters()}
             self.lights = [by_id[f"light-{light.node}"] for light in scene.lights]
             self.light_keys = [f"{spectrum_property(light)}.value" for light in scene.lights]
