@@ -148,12 +148,8 @@ def _describe(measured: MeasuredMatrix, path: Path, fit: MaterialFit) -> None:
         "noise",
         f"{noise.white:.4f} per cell, {noise.near:.4f} beside the diagonal, {noise.offset:.4f} per column",
     )
-    if any(noise.common):
-        offset, tilt = noise.common
-        _line(
-            "zero error",
-            f"{offset:.4f}, tilted by {tilt:.4f}, in all columns; taken off",
-        )
+    if noise.common:
+        _line("zero error", f"{noise.common:.4f} in all cells; taken off")
     _line(
         "fluorophores",
         f"{fit.rank}, as the data call for" if fit.rank else "none: no luminescence beyond noise",
