@@ -201,7 +201,7 @@ class Material:
         ExtrapolationWarning
             If the grid reaches beyond the reflectance, or beyond a measured matrix.
         PhotonYieldWarning
-            If the photon yield lies between 1 and 1.15.
+            If the photon yield lies between 1 and 1.15. That of a measured matrix is judged on its own wavelengths.
 
         Examples
         --------
@@ -209,8 +209,19 @@ class Material:
         >>> Material("dyed", Spectrum.constant(0.1), (dye,)).on(Wavelengths(400, 600, 50)).band()[3].round(3)
         array([0. , 0.6, 0. , 0.1, 0. ])
         """
+        D = self.unchecked_on(grid, stokes)
         # tables and measured cells were checked for their orientation
-        return self.unchecked_on(grid, stokes).check(self.name, orientation=False)
+        self._judged(D).check(self.name, orientation=False)
+        return D
+
+    def _judged(self, D: DonaldsonMatrix) -> DonaldsonMatrix:
+        """Return the matrix whose photons count: on the wavelengths of a measurement, not on others in between."""
+        measured = next((term for _, term in self.terms if isinstance(term, MeasuredMatrix)), None)
+        if measured is None:
+            return D
+        with warnings.catch_warnings():  # what is assumed on the render grid was told
+            warnings.simplefilter("ignore", ExtrapolationWarning)
+            return self.unchecked_on(measured.grid(), D.stokes)
 
     def unchecked_on(self, grid: Wavelengths, stokes: Stokes = "half") -> DonaldsonMatrix:
         """Return its Donaldson matrix on a grid, possible or not; see `on`."""

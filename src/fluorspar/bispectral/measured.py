@@ -120,6 +120,20 @@ class MeasuredMatrix:
         """Step of the excitation wavelengths in nm."""
         return float((self.excitation[-1] - self.excitation[0]) / (len(self.excitation) - 1))
 
+    def grid(self, step: float | None = None) -> Wavelengths:
+        """Return the wavelengths of excitation and emission together, with the step of the measurement or another.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 410.0])
+        >>> print(MeasuredMatrix(w, w, [[0.5, 0], [0.1, 0.4]]).grid())
+        400-410 nm by 10
+        """
+        h = self.step if step is None else step
+        first = float(min(self.excitation[0], self.emission[0]))
+        last = float(max(self.excitation[-1], self.emission[-1]))
+        return Wavelengths(first, first + h * float(np.floor((last - first) / h + 1e-6)), h)
+
     @property
     def reflectance(self) -> Spectrum:
         """S, the cells of equal emission and excitation wavelength."""

@@ -25,6 +25,7 @@ _TURNS = 200
 _SETTLED = 1e-5  # relative change of the misfit
 _RIDGE = 1e-3  # of the weight the best-known number has: what no cell says anything about becomes 0
 _DEEP = 0.15  # of the highest value: a minimum that separates two lobes
+_FAINT = 0.05  # of the brightest row: a dye hardly emits there
 _ROUNDS = 10  # of the search for the weight of the curvature: a factor of 10 / 2**10 decades
 
 
@@ -140,9 +141,14 @@ class Problem:
         misfit, baseline = self._misfit(np.zeros((m, p)))
         return Factors(*zero, baseline, misfit, *everywhere)
 
-    def grow(self, factors: Factors) -> Factors:
-        """Return the best fit with one term more, started from `factors` and the strongest pattern they leave."""
-        left = np.where(self.lit, self.cells - factors.baseline - factors.product, 0.0)
+    def grow(self, factors: Factors, *, apart: bool = False) -> Factors:
+        """Return the best fit with one term more, started from `factors` and the strongest pattern they leave.
+
+        If `apart`, the new term emits only where the others do not: errors of the shape of a strong dye, which
+        are more than a weak one gives out, cannot attract it there.
+        """
+        rows = self._dark_rows(factors) if apart else np.ones(len(self.cells), bool)
+        left = np.where(self.lit, self.cells - factors.baseline - factors.product, 0.0) * rows[:, np.newaxis]
         u, s, vt = np.linalg.svd(np.maximum(left, 0.0))
         a, b = np.abs(u[:, 0]) * np.sqrt(s[0]), np.abs(vt[0]) * np.sqrt(s[0])
         return self.fit(
@@ -150,7 +156,7 @@ class Problem:
                 factors,
                 emission=np.vstack([factors.emission, a]),
                 excitation=np.vstack([factors.excitation, b]),
-                open_emission=np.vstack([factors.open_emission, np.ones((1, len(a)), bool)]),
+                open_emission=np.vstack([factors.open_emission, rows]),
                 open_excitation=np.vstack([factors.open_excitation, np.ones((1, len(b)), bool)]),
             )
         )
@@ -178,6 +184,10 @@ class Problem:
             if before - cost < _SETTLED * cost:
                 break
         return replace(start, emission=a, excitation=b, baseline=baseline, misfit=misfit)
+
+    def _dark_rows(self, factors: Factors) -> NDArray[np.bool_]:
+        brightest = np.max(factors.product * self.lit, axis=1)
+        return np.asarray(brightest <= _FAINT * brightest.max(initial=0.0))
 
     def prune(self, factors: Factors, least: float) -> Factors:
         """Close side lobes of the spectra that are noise of single rows or columns, the weakest first.
@@ -242,15 +252,23 @@ class Problem:
         right = np.einsum("km,mp->kp", a, self._pull)
         return normal, right + np.einsum("ckp,c->kp", sums, self._targets)
 
+    def misfit_of_columns(self, factors: Factors) -> Array:
+        """Return the misfit of every excitation wavelength, ndarray of shape (P,), without the sums."""
+        return self._columns(factors.product)[0]
+
     def _misfit(self, product: Array) -> tuple[float, Array]:
         """Return the misfit of a product (M, P) and the baseline (M, P) that goes with it."""
+        columns, baseline = self._columns(product)
         model = np.where(self.lit, product, 0.0)
-        left = self.cells - model
+        sums = np.sum((np.einsum("cmp,mp->c", self._sums, model) - self._targets) ** 2)
+        return float(columns.sum() + sums), baseline
+
+    def _columns(self, product: Array) -> tuple[Array, Array]:
+        left = self.cells - np.where(self.lit, product, 0.0)
         strength = np.einsum("pab,bm,mp->pa", self._solver, self._shapes, self.weight * left)
         baseline = (strength @ self._shapes).T
-        misfit = np.sum(self.weight * (left - baseline) ** 2) + np.sum(strength**2 * self._stiffness)
-        misfit += np.sum((np.einsum("cmp,mp->c", self._sums, model) - self._targets) ** 2)
-        return float(misfit), baseline
+        misfit = np.sum(self.weight * (left - baseline) ** 2, axis=0) + strength**2 @ self._stiffness
+        return misfit, baseline
 
 
 def _solve(normal: Array, right: Array, penalty: Array, is_open: NDArray[np.bool_]) -> Array:

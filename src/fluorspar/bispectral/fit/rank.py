@@ -4,17 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fluorspar.bispectral.fit.factorise import Factors, Problem
 from fluorspar.bispectral.matrix_noise import MatrixNoise, stokes_shift
 from fluorspar.bispectral.measured import MeasuredMatrix
+from fluorspar.colour.difference import ciede2000
+from fluorspar.colour.xyz import lab_from_xyz, observer_weights
+from fluorspar.spectral.illuminants import illuminant
+from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["MOST_TERMS", "RankChoice", "choose_rank"]
 
 MOST_TERMS = 3
 """More terms than this are never chosen; more can be asked for."""
 
-_MORE_THAN_NOISE = 3.0  # how many times more than the same term finds in pure noise
+_MORE_THAN_NOISE = 1.7  # how many times more than the same term finds in pure noise
 _LEAST_PART = 0.01  # of the sum of squares of the luminescent part
+_SEEN = 0.2  # CIEDE2000 in daylight
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +88,40 @@ def choose_rank(measured: MeasuredMatrix, noise: MatrixNoise, rank: int | None =
     factors = problem.nothing()
     part = _LEAST_PART * factors.misfit
     while len(gains) < (MOST_TERMS if rank is None else rank):
-        grown = problem.grow(replace(factors, curvature=0.0))
-        gains.append(factors.misfit - grown.misfit)
-        if rank is None and gains[-1] < max(least, part if factors.rank else 0.0):
+        before = replace(factors, curvature=0.0)
+        columns = problem.misfit_of_columns(before)
+        grown = problem.grow(before)
+        gain = columns - problem.misfit_of_columns(grown)
+        enough = _of_several(gain) > max(least, part if factors.rank else 0.0)
+        if factors.rank and not enough:
+            other = problem.grow(before, apart=True)
+            of_other = columns - problem.misfit_of_columns(other)
+            if _of_several(of_other) > least and _colour_change(measured, before, other) > _SEEN:
+                grown, gain, enough = other, of_other, True
+        gains.append(float(gain.sum()))
+        if rank is None and not enough:
             break
         factors = problem.smooth(grown, cautious=True)
     return RankChoice(problem.prune(factors, least / _MORE_THAN_NOISE), tuple(gains), float(noise_gain))
+
+
+def _colour_change(measured: MeasuredMatrix, before: Factors, after: Factors) -> float:
+    """CIEDE2000 in daylight between the luminescence of two fits, S as measured."""
+    excitation, emission = (
+        Wavelengths(float(at[0]), float(at[-1]), measured.step)
+        for at in (measured.excitation, measured.emission)
+    )
+    light, white = (illuminant("D65").on(grid, outside="zero") for grid in (excitation, emission))
+    weights = observer_weights(emission)
+    lit = stokes_shift(measured.emission, measured.excitation, measured.step) > 0
+    reflected = measured.reflectance.on(emission, outside="hold") * white
+    labs = [
+        lab_from_xyz((reflected + (factors.product * lit) @ light) @ weights, white @ weights)
+        for factors in (before, after)
+    ]
+    return float(ciede2000(*labs))
+
+
+def _of_several(gain: NDArray[np.float64]) -> float:
+    """What all excitation wavelengths but the best one gain: no dye is excited at a single one."""
+    return float(gain.sum() - gain.max(initial=0.0))

@@ -87,10 +87,7 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
     >>> report.delta_e["D65"] < 0.2, bool(report.photon_yield.max() < 1)
     (True, True)
     """
-    h = measured.step if step is None else step
-    first = min(measured.excitation[0], measured.emission[0])
-    last = max(measured.excitation[-1], measured.emission[-1])
-    grid = Wavelengths(float(first), float(first + h * np.floor((last - first) / h + 1e-6)), h)
+    grid = measured.grid(step)
     with warnings.catch_warnings():  # both sides assume the same outside the data
         warnings.simplefilter("ignore", ExtrapolationWarning)
         full = measured.on(grid)
