@@ -181,8 +181,8 @@ class Material:
         grid : Wavelengths
             N wavelengths.
         stokes : {"half", "strict"}
-            How fluorophores treat excitation at the emission wavelength itself; measured matrices are used
-            as given.
+            How fluorophores treat excitation at the emission wavelength itself; "strict" also leaves out the cells
+            of measured matrices above the diagonal.
 
         Returns
         -------
@@ -226,6 +226,22 @@ class Material:
     def unchecked_on(self, grid: Wavelengths, stokes: Stokes = "half") -> DonaldsonMatrix:
         """Return its Donaldson matrix on a grid, possible or not; see `on`."""
         return weighted_matrices([(weight, term.on(grid, stokes)) for weight, term in self.terms])
+
+    def stokes_side(self) -> Material:
+        """Return it without what measured matrices have above the diagonal: noise.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 410.0])
+        >>> sheet = Material.from_matrix("sheet", MeasuredMatrix(w, w, [[0.5, 0.01], [0.1, 0.4]]))
+        >>> sheet.stokes_side().on(Wavelengths(400, 410, 10)).band()[0]
+        array([0.5, 0. ])
+        """
+        terms = tuple(
+            (weight, term.stokes_side() if isinstance(term, MeasuredMatrix) else term)
+            for weight, term in self.terms
+        )
+        return replace(self, terms=terms)
 
     def with_concentration(self, factor: float) -> Material:
         """Return it with `factor` times the luminescence: alpha, or the luminescent cells of a matrix.

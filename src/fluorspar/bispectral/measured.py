@@ -182,6 +182,19 @@ class MeasuredMatrix:
         cells = np.where(self._is_diagonal(), self.cells, factor * self.cells)
         return replace(self, cells=cells, room=self._room())
 
+    def stokes_side(self) -> MeasuredMatrix:
+        """Return it with 0 above the diagonal, where light would be shifted to shorter wavelengths: noise.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 410.0])
+        >>> MeasuredMatrix(w, w, [[0.5, 0.01], [0.1, 0.4]]).stokes_side().cells
+        array([[0.5, 0. ],
+               [0.1, 0.4]])
+        """
+        above = self.emission[:, np.newaxis] < self.excitation - _SAME
+        return replace(self, cells=np.where(above, 0.0, self.cells))
+
     def within_noise(self) -> MeasuredMatrix:
         """Return it with a reflectance that leaves 0 to 1 by no more than noise set to 0 or 1.
 
@@ -239,7 +252,7 @@ class MeasuredMatrix:
         grid : Wavelengths
             N wavelengths.
         stokes : {"half", "strict"}
-            Changes nothing: a measured matrix is used as given.
+            "strict" leaves out the cells above the diagonal (see `stokes_side`); by default all are used as given.
 
         Returns
         -------
@@ -263,6 +276,8 @@ class MeasuredMatrix:
         array([[0.  , 0.  ],
                [0.02, 0.  ]])
         """
+        if stokes == "strict":
+            return replace(self.stokes_side().on(grid), stokes=stokes)
         w = grid.values
         held = self.reflectance.on(grid, outside="hold")
         reflectance = self._with_room(held, w)

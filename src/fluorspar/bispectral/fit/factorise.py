@@ -141,13 +141,12 @@ class Problem:
         misfit, baseline = self._misfit(np.zeros((m, p)))
         return Factors(*zero, baseline, misfit, *everywhere)
 
-    def grow(self, factors: Factors, *, apart: bool = False) -> Factors:
+    def grow(self, factors: Factors, rows: NDArray[np.bool_] | None = None) -> Factors:
         """Return the best fit with one term more, started from `factors` and the strongest pattern they leave.
 
-        If `apart`, the new term emits only where the others do not: errors of the shape of a strong dye, which
-        are more than a weak one gives out, cannot attract it there.
+        The new term emits only in `rows`, of shape (M,), if they are given.
         """
-        rows = self._dark_rows(factors) if apart else np.ones(len(self.cells), bool)
+        rows = np.ones(len(self.cells), bool) if rows is None else rows
         left = np.where(self.lit, self.cells - factors.baseline - factors.product, 0.0) * rows[:, np.newaxis]
         u, s, vt = np.linalg.svd(np.maximum(left, 0.0))
         a, b = np.abs(u[:, 0]) * np.sqrt(s[0]), np.abs(vt[0]) * np.sqrt(s[0])
@@ -185,9 +184,10 @@ class Problem:
                 break
         return replace(start, emission=a, excitation=b, baseline=baseline, misfit=misfit)
 
-    def _dark_rows(self, factors: Factors) -> NDArray[np.bool_]:
+    def bluer_rows(self, factors: Factors) -> NDArray[np.bool_]:
+        """Return which rows lie at shorter wavelengths than all that factors emit, shape (M,)."""
         brightest = np.max(factors.product * self.lit, axis=1)
-        return np.asarray(brightest <= _FAINT * brightest.max(initial=0.0))
+        return np.asarray(np.cumsum(brightest > _FAINT * brightest.max(initial=0.0)) == 0)
 
     def prune(self, factors: Factors, least: float) -> Factors:
         """Close side lobes of the spectra that are noise of single rows or columns, the weakest first.

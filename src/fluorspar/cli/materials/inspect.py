@@ -79,6 +79,8 @@ def inspect(
         colours = _colours(sample, best.fit.material)  # before anything is printed: it may find faults
         _describe(measured, path, best.fit)
         console.out.print(_qualities(fits))
+        if best.coarse.shortcoming:
+            _line("shortcoming", best.coarse.shortcoming)
     console.out.print(colours)
     if yields is not None:
         _write_yields(yields, sample, None if best is None else best.coarse)
@@ -162,7 +164,9 @@ def _qualities(fits: list[_Fit]) -> Table:
     lights = list(fits[0].coarse.delta_e)
     headings = [*lights, f"D65, {fits[0].fine.grid.step:g} nm", "unexplained"]
     table = Table("rank", *headings, box=None, pad_edge=False)
-    title = "CIEDE2000 between fit and measurement: its diagonal and what is below"
+    title = (
+        "CIEDE2000 between fit and measurement: its diagonal and what is below; in the last row all its cells"
+    )
     table.title, table.title_justify, table.title_style = title, "left", ""
     for asked, fit, coarse, fine in sorted(
         fits, key=lambda one: one.fit.rank if one.asked is None else one.asked
@@ -171,7 +175,7 @@ def _qualities(fits: list[_Fit]) -> Table:
         mark = f"{fit.rank} chosen" if asked is None else f"{asked}"
         table.add_row(mark, *(f"{value:.2f}" for value in differences), f"{100 * fit.unexplained:.0f} %")
     every = fits[0].coarse.delta_e_all_cells
-    table.add_row("all cells", *(f"{every[light]:.2f}" for light in lights))
+    table.add_row(f"{fits[0].fit.rank}, all cells", *(f"{every[light]:.2f}" for light in lights))
     return table
 
 
@@ -220,12 +224,16 @@ def _colours(sample: Material, fitted: Material | None = None) -> Table:
     from fluorspar.bispectral.lamp_colour import colour_under_lamp
     from fluorspar.errors import ExtrapolationWarning
 
-    # a measured matrix shows the colour of all its cells, those above the diagonal included
     table = Table("", "light", "L*", "a*", "b*", "sRGB", "lumin.", box=None, pad_edge=False)
     for column in table.columns[2:5]:
         column.justify = "right"
     if fitted is not None:
         table.add_column("fit L* a* b*")
+        table.title, table.title_justify, table.title_style = (
+            "Colours of all measured cells, and of the fit",
+            "left",
+            "",
+        )
     for lamp, cut in _LIGHTS:
         with warnings.catch_warnings():  # said once, in words, above
             warnings.simplefilter("ignore", ExtrapolationWarning)
