@@ -180,7 +180,7 @@ class Problem:
             before = cost
             misfit, baseline = self._misfit(a.T @ b)
             cost = misfit + curvature * 2 * float(bent_a @ bent_b)
-            if before - cost < _SETTLED * cost:
+            if before - cost <= _SETTLED * cost:
                 break
         return replace(start, emission=a, excitation=b, baseline=baseline, misfit=misfit)
 
