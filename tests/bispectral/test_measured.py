@@ -199,7 +199,7 @@ def test_a_reflectance_beyond_1_within_noise_is_set_to_1() -> None:
 
 @pytest.mark.parametrize("step", [10.0, 5.0, 2.0, 1.0])
 def test_whether_photons_are_conserved_does_not_depend_on_the_grid(step: float) -> None:
-    """1.13 at 10 nm is measurement error; a finer grid continues cells up to the diagonal and adds to it: 1.158 at 2."""
+    """1.13 at 10 nm is measurement error; a finer grid continues cells up to the diagonal, and so adds to it."""
     w = np.arange(400.0, 701.0, 10.0)
     near = np.exp(-(w[:, None] - w[None, :]) / 15) * (w[:, None] > w[None, :])
     luminescent = near * np.exp(-(((w - 500) / 40) ** 2))

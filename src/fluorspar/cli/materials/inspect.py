@@ -164,9 +164,7 @@ def _qualities(fits: list[_Fit]) -> Table:
     lights = list(fits[0].coarse.delta_e)
     headings = [*lights, f"D65, {fits[0].fine.grid.step:g} nm", "unexplained"]
     table = Table("rank", *headings, box=None, pad_edge=False)
-    title = (
-        "CIEDE2000 between fit and measurement: its diagonal and what is below; in the last row all its cells"
-    )
+    title = "CIEDE2000 between fit and measurement: its diagonal and what is below"
     table.title, table.title_justify, table.title_style = title, "left", ""
     for asked, fit, coarse, fine in sorted(
         fits, key=lambda one: one.fit.rank if one.asked is None else one.asked
