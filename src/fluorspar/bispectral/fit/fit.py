@@ -41,7 +41,8 @@ class MaterialFit:
     gains : tuple of float
         By how much the first, second, ... term lowered the misfit.
     noise_gain : float
-        By how much a term lowers it above the diagonal, where there is only noise.
+        By how much a term lowers it above the diagonal, where there is only noise; at least by one for each of its
+        numbers.
     unexplained : float
         Root-mean-square residual of the luminescent part over its root mean square, baselines taken out of
         both.
