@@ -181,8 +181,8 @@ class Material:
         grid : Wavelengths
             N wavelengths.
         stokes : {"half", "strict"}
-            How fluorophores treat excitation at the emission wavelength itself; measured matrices are used
-            as given.
+            How fluorophores treat excitation at the emission wavelength itself; "strict" also leaves out the cells
+            of measured matrices above the diagonal.
 
         Returns
         -------
@@ -201,7 +201,7 @@ class Material:
         ExtrapolationWarning
             If the grid reaches beyond the reflectance, or beyond a measured matrix.
         PhotonYieldWarning
-            If the photon yield lies between 1 and 1.15.
+            If the photon yield lies between 1 and 1.15. That of a measured matrix is judged on its own wavelengths.
 
         Examples
         --------
@@ -209,12 +209,39 @@ class Material:
         >>> Material("dyed", Spectrum.constant(0.1), (dye,)).on(Wavelengths(400, 600, 50)).band()[3].round(3)
         array([0. , 0.6, 0. , 0.1, 0. ])
         """
+        D = self.unchecked_on(grid, stokes)
         # tables and measured cells were checked for their orientation
-        return self.unchecked_on(grid, stokes).check(self.name, orientation=False)
+        self._judged(D).check(self.name, orientation=False)
+        return D
+
+    def _judged(self, D: DonaldsonMatrix) -> DonaldsonMatrix:
+        """Return the matrix whose photons count: on the wavelengths of a measurement, not on others in between."""
+        measured = next((term for _, term in self.terms if isinstance(term, MeasuredMatrix)), None)
+        if measured is None:
+            return D
+        with warnings.catch_warnings():  # what is assumed on the render grid was told
+            warnings.simplefilter("ignore", ExtrapolationWarning)
+            return self.unchecked_on(measured.grid(), D.stokes)
 
     def unchecked_on(self, grid: Wavelengths, stokes: Stokes = "half") -> DonaldsonMatrix:
         """Return its Donaldson matrix on a grid, possible or not; see `on`."""
         return weighted_matrices([(weight, term.on(grid, stokes)) for weight, term in self.terms])
+
+    def stokes_side(self) -> Material:
+        """Return it without what measured matrices have above the diagonal: noise.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 410.0])
+        >>> sheet = Material.from_matrix("sheet", MeasuredMatrix(w, w, [[0.5, 0.01], [0.1, 0.4]]))
+        >>> sheet.stokes_side().on(Wavelengths(400, 410, 10)).band()[0]
+        array([0.5, 0. ])
+        """
+        terms = tuple(
+            (weight, term.stokes_side() if isinstance(term, MeasuredMatrix) else term)
+            for weight, term in self.terms
+        )
+        return replace(self, terms=terms)
 
     def with_concentration(self, factor: float) -> Material:
         """Return it with `factor` times the luminescence: alpha, or the luminescent cells of a matrix.
