@@ -127,7 +127,9 @@ def measure(
             warnings.warn(f"the aperture is {aperture}{width}", ApproximationWarning, stacklevel=2)
         components = select(component, image.components)
         all_light = components == select(None, image.components)
-        notes = [f"mean under an aperture of {aperture}{width}" + ("" if component is None else f", {component}")]
+        notes = [
+            f"mean under an aperture of {aperture}{width}" + ("" if component is None else f", {component}")
+        ]
         if error_layer(image, component) == ("standard_error", None) and not all_light:
             notes.append(OF_TOTAL)
         lit = all_light or component == "single_bounce"

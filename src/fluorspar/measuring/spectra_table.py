@@ -16,13 +16,13 @@ __all__ = ["TIDY", "bandwidth_of", "correlated_in", "on_even_grid", "tidy_spectr
 
 Array = NDArray[np.float64]
 
-TIDY = ("point", "wavelength", "radiance", "standard_error")
-"""The columns of a tidy table; the last may be missing."""
+TIDY = ("point", "wavelength", "radiance", "standard_error", "freedom")
+"""The columns of a tidy table; the last two may be missing."""
 # of the longest step: shorter ones are gaps in a list, not an instrument's dispersion or rounding
 _UNEVEN = 0.7
 
 
-def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | None]:
+def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | None, Array | None]:
     """Sort a tidy table.
 
     Parameters
@@ -38,12 +38,15 @@ def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | N
         Ascending.
     radiance : ndarray of shape (P, N)
     standard_error : ndarray of shape (P, N) or None
+    freedom : ndarray of shape (P,) or None
+        Degrees of freedom of the standard errors of each point, the least of its rows.
 
     Raises
     ------
     SpectrumError
         If a column is unknown or occurs twice, a cell is not a number, a point has no name, has a wavelength twice
-        or lacks one that others have, or a standard error is negative or not finite.
+        or lacks one that others have, a standard error is negative or not finite, or a number of degrees of freedom
+        is not positive.
 
     Examples
     --------
@@ -53,7 +56,7 @@ def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | N
     """
     header = [name.lower() for name in table.header]
     unknown = [name for name in header if name not in TIDY]
-    missing = [name for name in TIDY[:3] if name not in header]
+    missing = [name for name in TIDY[: 4 if "freedom" in header else 3] if name not in header]
     twice = sorted({name for name in header if header.count(name) > 1})
     if unknown or missing or twice:
         faults = (("unknown", unknown), ("missing", missing), ("twice", twice))
@@ -78,10 +81,21 @@ def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | N
         of_point[wavelength] = numbers
     wavelengths = _common_wavelengths(at, table.where)
     values = np.array([[of_point[wavelength] for wavelength in wavelengths] for of_point in at.values()])
-    error = values[..., 1] if len(fields) == 3 else None
+    error = values[..., 1] if "standard_error" in fields else None
     if error is not None:
         _check_errors(error, tuple(at), wavelengths, table.where)
-    return tuple(at), np.array(wavelengths), values[..., 0], error
+    freedom = values[..., 2].min(axis=1) if "freedom" in fields else None
+    if freedom is not None and not (freedom > 0).all():
+        point = int(np.argmin(freedom > 0))
+        where, got, expected = (
+            f"{table.where}, point {tuple(at)[point]}",
+            freedom[point],
+            "a positive number, or inf",
+        )
+        raise SpectrumError(
+            message("degrees of freedom are impossible", where=where, got=got, expected=expected)
+        )
+    return tuple(at), np.array(wavelengths), values[..., 0], error, freedom
 
 
 def _common_wavelengths(at: dict[str, dict[float, list[float]]], where: Path) -> list[float]:

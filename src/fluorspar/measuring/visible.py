@@ -114,7 +114,7 @@ def doubts(points: Sequence[Point], pixels: Array, scene: Scene | None = None) -
 
 
 def _looked_at(scene: Scene, positions: Array) -> tuple[Array, Array, Array, Array]:
-    """Pixels (P, 2) of positions, their distances (P,) from the camera, those of what it sees there, and that (P, 3)."""
+    """Pixels (P, 2) of positions, distances (P,) of them and of what the camera sees there, and that itself (P, 3)."""
     from fluorspar.paths.tracing.visibility import first_hits
     from fluorspar.scene.camera import camera_of
 
@@ -138,7 +138,9 @@ def _another_frame(scene: Scene, positions: Array, size: tuple[int, int]) -> str
     }
     for order in list(permutations(range(3)))[1:]:
         axes = ", ".join("xyz"[axis] for axis in order)
-        frames[f"with {axes} in place of x, y, z all are on surfaces that the camera sees"] = positions[:, order]
+        frames[f"with {axes} in place of x, y, z all are on surfaces that the camera sees"] = positions[
+            :, order
+        ]
     stacked = np.stack(list(frames.values()))
     pixels, there, seen, _ = _looked_at(scene, stacked.reshape(-1, 3))
     fits = _is_visible(pixels, there, seen, size).reshape(len(frames), -1).all(axis=1)
