@@ -214,9 +214,9 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
 
     Either tidy, one row for each point and wavelength, with the columns `point`, `wavelength`, `radiance` and
     perhaps `standard_error` and its degrees of `freedom` (without them the errors count as known); or wide, with the
-    column `wavelength` first and then one column for each point. A comment line `# bandwidth: 10` gives the instrument's FWHM in nm (0: samples), `# unit: W m-2 sr-1 nm-1` the
-    unit (else it is "not stated", and luminances are relative), and `# errors: correlated` says that the errors of
-    the bands are fully correlated, as in a render.
+    column `wavelength` first and then one column for each point. A comment line `# bandwidth: 10` gives the
+    instrument's FWHM in nm (0: samples), `# unit: W m-2 sr-1 nm-1` the unit (else it is "not stated", and luminances
+    are relative), and `# errors: correlated` says that the errors of the bands are fully correlated, as in a render.
 
     Parameters
     ----------
