@@ -75,6 +75,19 @@ class TestErrors:
         with pytest.raises(SpectrumError, match=r"(?s)not known.*errors: correlated"):
             read(f"# errors: {word}\n{HEAD}7,400,1,0.1\n7,410,1,0.1\n")
 
+    def test_degrees_of_freedom(self, read):
+        spectra = read("point,wavelength,radiance,standard_error,freedom\n7,400,1,0.1,3\n7,410,1,0.1,3\n")
+        np.testing.assert_array_equal(spectra.freedom, [3])
+
+    @pytest.mark.parametrize("number", ["0", "-1", "nan"])
+    def test_impossible_degrees_of_freedom(self, read, number):
+        with pytest.raises(SpectrumError, match=r"(?s)degrees of freedom are impossible.*point 7"):
+            read(f"point,wavelength,radiance,standard_error,freedom\n7,400,1,0.1,{number}\n7,410,1,0.1,3\n")
+
+    def test_degrees_of_freedom_of_no_errors(self, read):
+        with pytest.raises(SpectrumError, match="missing: standard_error"):
+            read("point,wavelength,radiance,freedom\n7,400,1,3\n7,410,1,3\n")
+
     def test_those_that_are_not_known_are_not_written(self, tmp_path):
         ones = np.ones((1, 2))
         spectra = PointSpectra(("1",), Bands(Wavelengths(400, 410, 10)), ones, np.nan * ones)
