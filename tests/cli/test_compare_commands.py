@@ -210,7 +210,7 @@ class TestCompare:
             (("a.nc", "a.nc", "--fail-above", "rmse=nan"), "a limit is impossible"),
             (("a.nc", "a.nc", "--fail-above", "rmse=1", "--fail-above", "rmse=2"), "a number has two limits"),
             (("a.nc", "a.nc", "--observer", "5"), "there is no such observer"),
-            (("a.nc", "a.nc", "-o", "r.pdf"), "this kind of file cannot be written"),
+            (("a.nc", "a.nc", "-o", "r.docx"), "this kind of file cannot be written"),
             (("a.nc", "a.nc", "-o", "none/r.json"), "the directory to write to does not exist"),
         ],
     )
