@@ -137,6 +137,16 @@ class TestWavelengths:
         with pytest.raises(SpectrumError, match=r"(?s)point 2.*410 nm at one of the two only.*point 1"):
             read(HEAD + "1,400,1,0\n1,410,2,0\n2,400,1,0\n")
 
+    def test_micrometres(self, read):
+        with pytest.raises(
+            SpectrumError, match=r"(?s)too short for light.*0\.4 to 0\.7 nm.*micrometres times 1000"
+        ):
+            read("wavelength,1\n0.4,1\n0.7,2\n")
+
+    @pytest.mark.parametrize("head", ["Wavelength [nm]", "wavelength/nm", "nm"])
+    def test_their_unit_in_the_header(self, read, head):
+        assert read(f"{head},1\n400,1\n410,2\n").names == ("1",)
+
     def test_only_one(self, read):
         with pytest.raises(SpectrumError, match="only one wavelength"):
             read("wavelength,1\n400,1\n")

@@ -9,7 +9,9 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption, ObserverOption
+from fluorspar.errors import OptionError, message
 from fluorspar.figures.style import FORMATS
+from fluorspar.files import tables
 from fluorspar.image.formats.registry import SUFFIXES
 
 __all__ = ["measure"]
@@ -67,6 +69,9 @@ def measure(
     for path in output or []:
         check_not_input(path, image, points, scene)
     seen_by = observer_named(observer, "--observer")
+    if points.suffix.lower() in SUFFIXES and image.suffix.lower() in tables.SUFFIXES:
+        fault, fix = "the image and the points are in the wrong order", "fluorspar measure IMAGE POINTS"
+        raise OptionError(message(fault, got=f"{text_of(image)} {text_of(points)}", fix=fix))
     read = read_points(points)
     measured = measure_spectra(
         image,

@@ -39,7 +39,7 @@ from fluorspar.job import read_grid
 from fluorspar.measuring.aperture import Aperture
 from fluorspar.measuring.image_scene import given_scene
 from fluorspar.measuring.normalised import RANGE
-from fluorspar.measuring.options import text_option, width_option
+from fluorspar.measuring.options import reference_option, text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point, points_of
 from fluorspar.scene.scene import Scene
@@ -137,7 +137,7 @@ def compare(
     0.0
     """
     with ExitStack() as opened:
-        match, white = text_option("match", match) or "none", text_option("white", white)
+        match, white = reference_option("match", match), text_option("white", white)
         component = text_option("component", component)
         widths = width_option("bandwidth_a", bandwidth_a), width_option("bandwidth_b", bandwidth_b)
         grid, observer = None if wavelengths is None else read_grid(wavelengths), observer_named(observer)

@@ -111,12 +111,14 @@ class PointSpectra:
             If there is no such point; the message lists those there are.
         """
         if name not in self.names:
+            close = [known for known in self.names if known.lower().strip("p #") == name.lower().strip("p #")]
             raise OptionError(
                 message(
                     "there is no such point",
                     where=self.title or None,
                     got=repr(name),
                     expected=", ".join(self.names),
+                    fix=f"did you mean {' or '.join(close)}?" if close else "",
                 )
             )
         return self.names.index(name)
@@ -252,7 +254,7 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     header = [name.lower() for name in table.header]
     if "point" in header:
         names, wavelengths, radiance, error, freedom = tidy_spectra(table)
-    elif header and header[0] in ("wavelength", "wavelength_nm", "wavelength (nm)", "nm"):
+    elif header and (header[0].startswith("wavelength") or header[0] == "nm"):
         values = table.numbers()
         order = np.argsort(values[:, 0], kind="stable")
         names, wavelengths = tuple(table.header[1:]), values[order, 0]

@@ -67,6 +67,7 @@ class Point:
                     where=f"point {self.name}",
                     got=self.white,
                     expected="a reflectance, 0 to 1",
+                    fix="write per cent as a share: 85 % is 0.85" if number and 1 < self.white <= 100 else "",
                 )
             )
 
@@ -109,20 +110,18 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
     header = [name.lower() for name in table.header]
     unknown = [name for name in header if name not in _COLUMNS]
     missing = [name for name in _COLUMNS[:3] if name not in header]
-    if unknown or missing or len(set(header)) < len(header):
-        problem = (
-            f"unknown: {', '.join(unknown)}"
-            if unknown
-            else f"missing: {', '.join(missing)}"
-            if missing
-            else "one occurs twice"
-        )
+    twice = sorted({name for name in header if header.count(name) > 1})
+    if unknown or missing or twice:
+        faults = (("unknown", unknown), ("missing", missing), ("twice", twice))
         raise OptionError(
             message(
                 "the columns of a points file are not right",
                 where=path,
-                got=problem,
+                got="; ".join(f"{what}: {', '.join(names)}" for what, names in faults if names),
                 expected="point, x, y[, z][, white][, note]",
+                fix="write the names of the columns above the first point"
+                if len(unknown) == len(header)
+                else "",
             )
         )
     points = []

@@ -20,6 +20,7 @@ TIDY = ("point", "wavelength", "radiance", "standard_error", "freedom")
 """The columns of a tidy table; the last two may be missing."""
 # of the longest step: shorter ones are gaps in a list, not an instrument's dispersion or rounding
 _UNEVEN = 0.7
+_SHORTEST = 100.0  # nm
 
 
 def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | None, Array | None]:
@@ -62,7 +63,8 @@ def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | N
         faults = (("unknown", unknown), ("missing", missing), ("twice", twice))
         got = "; ".join(f"{what}: {', '.join(names)}" for what, names in faults if names)
         fault, expected = "the columns of a table of spectra are not right", ", ".join(TIDY)
-        raise SpectrumError(message(fault, where=table.where, got=got, expected=expected))
+        fix = "this is a points file: give it as such (--points)" if {"x", "y"} <= set(header) else ""
+        raise SpectrumError(message(fault, where=table.where, got=got, expected=expected, fix=fix))
     column = {name: header.index(name) for name in header}
     fields = [name for name in TIDY[1:] if name in column]
     at: dict[str, dict[float, list[float]]] = {}
@@ -147,7 +149,7 @@ def on_even_grid(
     Raises
     ------
     SpectrumError
-        If the wavelengths do not ascend, or steps differ by more than 30 %.
+        If the wavelengths do not ascend, are none of light, or steps differ by more than 30 %.
 
     Warns
     -----
@@ -160,6 +162,10 @@ def on_even_grid(
     >>> print(on_even_grid(np.ones((1, 4)), None, at, Path("a.csv"))[2])
     400-410 nm by 3.33333
     """
+    if wavelengths.max() < _SHORTEST:
+        span = f"{wavelengths.min():g} to {wavelengths.max():g} nm"
+        fault, fix = "the wavelengths are too short for light", "write them in nm: micrometres times 1000"
+        raise SpectrumError(message(fault, where=where, got=span, fix=fix))
     steps = np.diff(wavelengths)
     if len(steps) and steps.min() > 0 and steps.min() < _UNEVEN * steps.max():
         short, long = int(steps.argmin()), int(steps.argmax())
