@@ -149,7 +149,7 @@ class PointSpectra:
         """
         xyz = xyz_from_radiance(self.radiance, self.grid, observer_named(observer))
         total = xyz.sum(axis=-1, keepdims=True)
-        return np.divide(xyz[..., :2], total, out=np.full((len(xyz), 2), np.nan), where=total > 0)
+        return np.asarray(np.divide(xyz[..., :2], total, out=np.full((len(xyz), 2), np.nan), where=total > 0))
 
     def illuminance(self, observer: str = CIE_1931) -> dict[str, float]:
         """Illuminance in lux of the points that are a known matte white: pi L / reflectance.

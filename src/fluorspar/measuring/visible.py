@@ -53,7 +53,7 @@ def visible_pixels(scene: Scene, points: Sequence[Point]) -> Array:
     bad = np.flatnonzero(~_is_visible(pixels, there, seen, size))
     if not bad.size:
         return pixels
-    first, faulty = bad[0], [points[p] for p in bad]
+    first, faulty = int(bad[0]), [points[int(p)] for p in bad]
     fix = _another_frame(scene, positions, size)
     if not inside(pixels[first], size):
         raise not_in_image(faulty, pixels[first], size, fix)
