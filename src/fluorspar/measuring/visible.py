@@ -45,7 +45,7 @@ def visible_pixels(scene: Scene, points: Sequence[Point]) -> Array:
     --------
     >>> from fluorspar.scene.loading import load_scene
     >>> visible_pixels(load_scene("cornell-box"), [Point("7", (186, 165, 168))]).round(1)
-    array([[325.2, 337.2]])
+    array([[324.1, 336. ]])
     """
     positions = np.array([point.position for point in points], np.float64)
     pixels, there, seen, hits = _looked_at(scene, positions)
