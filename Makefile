@@ -33,7 +33,7 @@ test-lowest:
 	$(LOWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints-lowest.txt \
 		$(LOWEST) pytest hypothesis openimageio
 	cd $(LOWEST) && venv/bin/python -m pytest --quiet tests/test_layers.py tests/test_bounds.py tests/test_docs.py tests/colour \
-		tests/spectral tests/image tests/measuring tests/figures tests/scene tests/cli/test_bad_option.py \
+		tests/spectral tests/image tests/measuring tests/figures tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
 		tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
 
 lint: $(READY)
