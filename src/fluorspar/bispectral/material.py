@@ -14,8 +14,16 @@ from fluorspar.bispectral.conversions import Stokes
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, weighted_matrices
 from fluorspar.bispectral.factored import FactoredMatrix, Fluorophore
 from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.bispectral.summary import colour_in_words, in_lines, photon_yield_in_words, summary_grid
+from fluorspar.bispectral.shown_colour import LampColour
+from fluorspar.bispectral.summary import (
+    colour_in_words,
+    daylight_colour,
+    in_lines,
+    photon_yield_in_words,
+    summary_grid,
+)
 from fluorspar.errors import ExtrapolationWarning, MaterialError, message
+from fluorspar.notebook import curve, facts_table, patch
 from fluorspar.spectral.spectrum import Spectrum, check_reflectance, weighted_sum
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -85,6 +93,20 @@ class Material:
 
     def __repr__(self) -> str:
         """Describe it in a few lines. Nothing is checked: who mends an impossible material needs its description."""
+        return in_lines(self._title, self._described()[0])
+
+    def _repr_html_(self) -> str:
+        facts, colour = self._described()
+        S = self.reflectance
+        drawn = curve((0.0, 1.0) if S.is_constant else S.wavelengths, S.values)
+        return facts_table(self._title, facts.items(), patch(colour.srgb), drawn)
+
+    @property
+    def _title(self) -> str:
+        return f"Material '{self.name}'"
+
+    def _described(self) -> tuple[dict[str, str], LampColour]:
+        """What it is, in words, and its colour under D65."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ExtrapolationWarning)  # its span is told
             D = self.unchecked_on(summary_grid(self.reflectance))
@@ -101,7 +123,8 @@ class Material:
         facts |= {f"fluorophore {k}": str(dye) for k, dye in enumerate(self.fluorophores, start=1)}
         if self.fluorescent:
             facts["photon yield"] = photon_yield_in_words(self.matrix or D)
-        return in_lines(f"Material '{self.name}'", facts | {"under D65": colour_in_words(D)})
+        colour = daylight_colour(D)
+        return facts | {"under D65": colour_in_words(colour)}, colour
 
     @classmethod
     def from_matrix(
