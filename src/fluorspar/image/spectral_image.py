@@ -327,7 +327,6 @@ class SpectralImage:
         >>> image.xyz("reflected").dims
         ('y', 'x', 'tristimulus')
         """
-        from fluorspar.colour.observers import observer_named
         from fluorspar.image.display.appearance import xyz_of
 
         observer = observer_named(observer)
