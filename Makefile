@@ -4,7 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: render test test-browser lint types bench clean
+LOWEST := out/lowest
+
+.PHONY: render test test-browser test-lowest lint types bench clean
 
 render: $(READY)
 	mkdir -p out
@@ -19,6 +21,20 @@ test-browser: $(READY)
 	command -v chromium >/dev/null || command -v google-chrome >/dev/null || test -n "$$CHROMIUM" || test "$$(id -u)" != 0 || \
 		{ apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
 	$(BIN)/python -m pytest -m browser tests/figures
+
+# The oldest versions that are allowed, and the source distribution: its own tests on the package made of it. Parts of
+# the suite that touch every dependency; all of it would take as long again as 'make test'.
+test-lowest:
+	rm -rf $(LOWEST)
+	$(PYTHON) -m venv $(LOWEST)/venv
+	$(LOWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check build
+	$(LOWEST)/venv/bin/python -m build --sdist --outdir $(LOWEST) . >$(LOWEST)/build.log
+	tar --extract --gzip --strip-components 1 --file $(LOWEST)/fluorspar-*.tar.gz --directory $(LOWEST)
+	$(LOWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints-lowest.txt \
+		$(LOWEST) pytest hypothesis openimageio
+	cd $(LOWEST) && venv/bin/python -m pytest --quiet tests/test_layers.py tests/test_bounds.py tests/test_docs.py tests/colour \
+		tests/spectral tests/image tests/measuring tests/figures tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
+		tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -18,6 +18,7 @@ LAYERS = [
     "errors",
     "progress",
     "version",
+    "notebook",
     "files",
     "spectral",
     "colour",

@@ -8,7 +8,9 @@ from .bispectral.library import materials as materials
 from .bispectral.material import Fluorophore as Fluorophore
 from .bispectral.material import Material as Material
 from .comparing.compare import compare as compare
+from .figures.plot import plot as plot
 from .image.components import COMPONENTS as COMPONENTS
+from .image.opening import open as open
 from .image.spectral_image import SpectralImage as SpectralImage
 from .job import RenderJob as RenderJob
 from .measuring.aperture import Aperture as Aperture
@@ -23,6 +25,7 @@ from .scene.loading import load_scene as load_scene
 from .scene.plugin import register_plugins as register_plugins
 from .scene.scene import Scene as Scene
 from .spectral.illuminants import illuminant as illuminant
+from .spectral.illuminants import illuminants as illuminants
 from .spectral.spectrum import Spectrum as Spectrum
 from .spectral.wavelengths import Wavelengths as Wavelengths
 

@@ -28,6 +28,10 @@ def test_up_to_one_nothing_is_said(total: float) -> None:
         check_photon_yield(np.array([0.1, total]), np.array([400.0, 410.0]), "dye")
 
 
+def test_one_by_rounding_is_one() -> None:
+    check_photon_yield(np.array([0.5, 1.0009]), np.array([400.0, 500.0]), "a sheet")
+
+
 def test_slightly_above_one_is_said_and_used() -> None:
     with pytest.warns(PhotonYieldWarning, match=r"dye, excitation 410 nm: 1.14 photons"):
         check_photon_yield(np.array([0.1, 1.14]), np.array([400.0, 410.0]), "dye")

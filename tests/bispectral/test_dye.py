@@ -8,7 +8,7 @@ import pytest
 from fluorspar.bispectral.dye import dye
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.errors import MaterialError
+from fluorspar.errors import ExtrapolationWarning, MaterialError
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -50,6 +50,32 @@ def test_units_are_converted():
     in_photons = dye(excitation, emission, 0.8, 0.5, units="photon")
     in_energy = dye(*per_energy, 0.8, 0.5, units="energy")
     assert in_energy.on(GRID).band() == pytest.approx(in_photons.on(GRID).band(), abs=1e-9)
+
+
+def test_outside_its_table_a_dye_neither_absorbs_nor_emits():
+    """A table that ends at its peak, 480 nm: all of the substrate beyond, no line from there to the end at 780 nm."""
+    excitation, emission = (
+        Spectrum([400.0, 450.0, 480.0], [0.0, 1.0, 1.0]),
+        Spectrum([500.0, 550.0, 600.0], [0.02, 1.0, 0.0]),
+    )
+    with pytest.warns(
+        ExtrapolationWarning, match="absorption taken as 0 above 480 nm.*100 % of the peak"
+    ) as told:
+        material = dye(excitation, emission, 0.9, 1.0, units="photon")
+    assert len(told) == 1  # the emission ends at 2 %
+    assert [material.reflectance.at(w) for w in (300, 450, 480, 480.01, 600, 780)] == pytest.approx(
+        [0.85, 0.0, 0.0, 0.85, 0.85, 0.85]
+    )
+    assert "absorption taken as 0 above 480 nm" in material.assumed
+    assert "emission taken as 0 below 500 nm" in material.assumed
+    D = material.on(GRID)
+    assert not D.excitation[0, W > 480].any()
+    assert not D.emission[0, W < 500].any()
+
+
+def test_tables_as_wide_as_the_substrate_assume_nothing():
+    wide = Spectrum([300.0, 450.0, 780.0], [0.5, 1.0, 0.0]), Spectrum([300.0, 600.0, 780.0], [0.0, 1.0, 0.5])
+    assert dye(*wide, 0.5, 0.5, units="photon").assumed == ""
 
 
 def test_units_matter():

@@ -20,8 +20,9 @@ from fluorspar.bispectral.lamp import WIDE, lamp_on
 from fluorspar.bispectral.lamp_colour import colour_under_condition, colour_under_lamp
 from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Fluorophore, Material
+from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.colour.whiteness import CIE_1964
-from fluorspar.colour.xyz import CIE_1931
+from fluorspar.colour.xyz import CIE_1931, SRGB_FROM_XYZ
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, OptionError, SpectrumError
 from fluorspar.spectral.colour_science import colour_science
 from fluorspar.spectral.spectrum import Spectrum, trapezoid
@@ -97,6 +98,26 @@ def test_against_sums_written_out(lamp: str, cut: float | None, observer: str) -
     )
     # the luminescence is no small thing here: without it the test would notice
     assert np.linalg.norm(found.lab - found.lab_reflected) > 3
+
+
+def test_plain_srgb_is_the_matrix_and_the_curve_alone() -> None:
+    """Of a grey under A: orange, as XYZ says; the adapted one is grey. Out of range values stay what they are."""
+    seen = colour_under_lamp(Material("grey", Spectrum.constant(0.5)), "A")
+    linear = SRGB_FROM_XYZ @ seen.xyz / 100
+    assert seen.plain_srgb == pytest.approx(1.055 * linear ** (1 / 2.4) - 0.055)
+    assert np.ptp(seen.srgb) < 0.01 < np.ptp(seen.plain_srgb)
+    neon = colour_under_lamp(material("poster-yellow"), "D65")
+    assert neon.plain_srgb.min() < 0 < 1 < neon.plain_srgb.max()
+    assert not neon.in_gamut
+
+
+def test_noise_is_no_negative_share_of_the_luminance() -> None:
+    w = np.arange(400.0, 701.0, 10.0)
+    sheet = MeasuredMatrix(w, w, 0.3 * np.eye(31) - 0.001 * np.tri(31, k=-1))
+    with pytest.warns(ExtrapolationWarning):
+        seen = colour_under_lamp(Material.from_matrix("sheet", sheet))
+    assert seen.xyz_luminescent[1] < 0
+    assert seen.luminescent_share == 0
 
 
 @pytest.mark.parametrize(("name", "source", "cut"), [("M0", "A", 0), ("M1", "D50", 0), ("M2", "D50", 400)])

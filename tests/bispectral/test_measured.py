@@ -12,7 +12,13 @@ import pytest
 from fluorspar.bispectral.files.registry import read_matrix
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.errors import ApproximationWarning, ExtrapolationWarning, MaterialError, SpectrumError
+from fluorspar.errors import (
+    ApproximationWarning,
+    ExtrapolationWarning,
+    MaterialError,
+    PhotonYieldWarning,
+    SpectrumError,
+)
 from fluorspar.spectral.wavelengths import Wavelengths
 
 EMISSION = np.arange(380.0, 781.0, 10.0)
@@ -189,6 +195,38 @@ def test_a_reflectance_beyond_1_within_noise_is_set_to_1() -> None:
     cells = np.where(EMISSION[:, None] == EXCITATION[None, :], 1.3, 0.0)
     with pytest.raises(SpectrumError, match="greater than 1"):
         Material.from_matrix("percent", MeasuredMatrix(EMISSION, EXCITATION, cells))
+
+
+@pytest.mark.parametrize("step", [10.0, 5.0, 2.0, 1.0])
+def test_whether_photons_are_conserved_does_not_depend_on_the_grid(step: float) -> None:
+    """1.13 at 10 nm is measurement error; a finer grid continues cells up to the diagonal, and so adds to it."""
+    w = np.arange(400.0, 701.0, 10.0)
+    near = np.exp(-(w[:, None] - w[None, :]) / 15) * (w[:, None] > w[None, :])
+    luminescent = near * np.exp(-(((w - 500) / 40) ** 2))
+    cells = 0.4 * np.eye(31) + luminescent
+    matrix = MeasuredMatrix(w, w, cells, "sheet")
+    matrix = matrix.scaled_luminescence(0.73 / matrix.luminescent_photon_yield().max())
+    assert 1.12 < matrix.photon_yield().max() < 1.15
+    material = Material.from_matrix("sheet", matrix)
+    with pytest.warns(PhotonYieldWarning, match="1.13 photons"):
+        fine = material.on(Wavelengths(400, 700, step))
+    if step == 1.0:
+        assert fine.photon_yield().max() > 1.15  # what was judged before
+    with pytest.raises(MaterialError, match="more photons"):
+        material.with_concentration(1.1).on(Wavelengths(400, 700, step))
+
+
+def test_the_stokes_side_of_a_matrix() -> None:
+    """The diagonal and what is below stay, to the cell, on its own grid; on others nothing is above either."""
+    w = np.arange(400.0, 501.0, 10.0)
+    cells = np.random.default_rng(1).uniform(0, 0.02, (11, 11)) + 0.3 * np.eye(11)
+    material = Material.from_matrix("sheet", MeasuredMatrix(w, w, cells))
+    for D in (
+        material.stokes_side().on(Wavelengths(400, 500, 10)),
+        material.on(Wavelengths(400, 500, 10), "strict"),
+    ):
+        assert D.band() == pytest.approx(np.tril(cells), abs=1e-12)
+    assert not np.triu(material.stokes_side().on(Wavelengths(400, 500, 2)).density(), 1).any()
 
 
 def test_photon_yield_by_hand() -> None:

@@ -93,6 +93,9 @@ class TestMeasure:
             ("point,x,y\n1,12,3\n", "a point is outside the image"),
             ("point,x,y,colour\n1,2,3,red\n", "unknown: colour"),
             ("point,x,y,z\n1,2,3,4\n", "the scene is needed"),
+            ("name,x,y\n1,2,3\n", "unknown: name; missing: point"),
+            ("1,2,3\n2,4,3\n", "write the names of the columns above the first point"),
+            ("point,x,y,white\n1,2,3,85\n", "85 % is 0.85"),
         ],
     )
     def test_bad_points(self, files: CommandLine, points: str, said: str) -> None:
@@ -102,6 +105,37 @@ class TestMeasure:
         assert done.code == 2
         assert done.says(said)
         assert files.files() == before
+
+    def test_image_and_points_in_the_wrong_order(self, files: CommandLine) -> None:
+        done = files("measure", "points.csv", "a.nc")
+        assert done.code == 2
+        assert done.says("in the wrong order", "fluorspar measure IMAGE POINTS")
+
+    @pytest.mark.parametrize(("suffix", "start"), [(".pdf", b"%PDF"), (".svg", b"<?xml")])
+    def test_vector_figures(self, files: CommandLine, suffix: str, start: bytes) -> None:
+        done = files("measure", "a.nc", "points.csv", "--aperture", "1px", "-o", f"s{suffix}")
+        assert (done.code, done.err) == (0, "")
+        done = files("compare", "a.nc", "b.exr", "--points", "points.csv", "-o", f"c{suffix}")
+        assert (done.code, done.err) == (0, "")
+        assert all(Path(f"{name}{suffix}").read_bytes().startswith(start) for name in "sc")
+
+    def test_chromaticities_by_an_observer(self, files: CommandLine) -> None:
+        """x and y by hand: of XYZ of the pixel, X and Y over the sum of all three."""
+        name = "CIE 2015 10 Degree Standard Observer"
+        xyz = image().xyz(observer=name).values[3, 2]
+        done = files("measure", "a.nc", "points.csv", "--aperture", "1px", "--observer", name.lower())
+        assert f"{xyz[0] / xyz.sum():.4f}  {xyz[1] / xyz.sum():.4f}" in done.out
+        assert f"{image().luminance().values[3, 2]:.5g}" in done.out  # that stays CIE 1931
+
+    def test_luminance_in_capitals(self, files: CommandLine) -> None:
+        for word in ("luminance", "LUMINANCE"):
+            arguments = ("--aperture", "1px", "--normalise", word, "-o", f"{word}.csv")
+            assert files("measure", "a.nc", "points.csv", *arguments).code == 0
+        assert Path("luminance.csv").read_bytes() == Path("LUMINANCE.csv").read_bytes()
+
+    def test_a_reference_that_is_almost_one_of_the_points(self, files: CommandLine) -> None:
+        done = files("measure", "a.nc", "points.csv", "--aperture", "1px", "--normalise", "LEFT")
+        assert done.says("there is no such point", "did you mean left?")
 
 
 class TestCompare:
@@ -210,7 +244,8 @@ class TestCompare:
             (("a.nc", "a.nc", "--fail-above", "rmse=nan"), "a limit is impossible"),
             (("a.nc", "a.nc", "--fail-above", "rmse=1", "--fail-above", "rmse=2"), "a number has two limits"),
             (("a.nc", "a.nc", "--observer", "5"), "there is no such observer"),
-            (("a.nc", "a.nc", "-o", "r.pdf"), "this kind of file cannot be written"),
+            (("a.nc", "points.csv", "--points", "points.csv"), "this is a points file"),
+            (("a.nc", "a.nc", "-o", "r.docx"), "this kind of file cannot be written"),
             (("a.nc", "a.nc", "-o", "none/r.json"), "the directory to write to does not exist"),
         ],
     )

@@ -282,6 +282,23 @@ def test_a_dye_from_two_spectra(fluorspar: CommandLine) -> None:
     assert "excitation peak 450 nm" in out
 
 
+def test_colour_as_others_print_it(fluorspar: CommandLine, measured: Path) -> None:
+    """sRGB of XYZ as it is, another observer, a matrix without its cells above the diagonal."""
+    plain = good(fluorspar("materials", "colour", "poster-yellow", "--plain-srgb"))
+    assert re.search(r"sRGB: +#[0-9a-f]{6}, \d+ \d+ -\d+, of XYZ as it is, out of range", plain)
+    assert "CIE 2015 10 Degree" in good(fluorspar("materials", "colour", "gray-18", "--observer", "10-2015"))
+    every, below = (
+        good(fluorspar("materials", "colour", measured.name, *option)) for option in ((), ("--stokes-side",))
+    )
+    assert every.splitlines()[3] != below.splitlines()[3]
+
+
+def test_a_fit_that_misses_the_colour_is_warned_of(fluorspar: CommandLine, measured: Path) -> None:
+    outcome = fluorspar("materials", "fit", measured.name, "-o", "a.csv", "--rank", "0")
+    assert outcome.code == 0
+    assert re.search(r"measured colour is missed by \d+\.\d+ of CIEDE2000", outcome.err)
+
+
 # --- fit
 
 

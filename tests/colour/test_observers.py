@@ -11,7 +11,15 @@ from fluorspar.spectral.colour_science import colour_science
 
 
 @pytest.mark.parametrize(
-    ("given", "name"), [("2", CIE_1931), ("10", CIE_1964), (2, CIE_1931), (10, CIE_1964)]
+    ("given", "name"),
+    [
+        ("2", CIE_1931),
+        ("10", CIE_1964),
+        (2, CIE_1931),
+        (10, CIE_1964),
+        ("2-2015", "CIE 2015 2 Degree Standard Observer"),
+        ("10-2015", "CIE 2015 10 Degree Standard Observer"),
+    ],
 )
 def test_degrees(given: str | int, name: str) -> None:
     assert observer_named(given) == name

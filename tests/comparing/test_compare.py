@@ -234,6 +234,15 @@ class TestColour:
         found = compare(table, table, match="a", observer="CIE 1964 10 Degree Standard Observer")
         assert any(f"{table.luminance()[0]:.6g} cd/m2" in note for note in found.notes)
 
+    @pytest.mark.parametrize(
+        ("short", "name"), [("2", CIE_1931), (10, "CIE 1964 10 Degree Standard Observer")]
+    )
+    def test_an_observer_by_its_degrees_is_the_one_of_that_name(self, short, name):
+        a, b = (image_of(np.random.default_rng(seed).random((4, 5, 7))) for seed in (1, 2))
+        assert compare(a, b, observer=short).to_json() == compare(a, b, observer=name).to_json()
+        assert compare(a, b, observer=short).observer == name
+        assert a.xyz(observer=short).attrs == a.xyz(observer=name).attrs
+
     def test_bands_without_blue_have_no_ciede2000(self):
         grid = Wavelengths(680, 700, 5)
         a, b = image_of(np.ones((3, 4, 5)), grid), image_of(np.full((3, 4, 5), 1.1), grid)

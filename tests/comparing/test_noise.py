@@ -169,13 +169,14 @@ class TestPureNoise:
 
 
 class TestWords:
-    def test_the_verdict_is_first_and_no_share_is_beyond_all(self):
+    def test_the_verdict_is_first_and_no_share_has_an_uncertainty_beyond_all(self):
         verdict = explained_by_noise(observed([[0.0], [0.01], [1.5]], 1.0, level=100.0))
         assert verdict.share > 1
         assert noise_sentence(verdict) == (
             "no more than noise (z of the mean 0.9, worst point 1.5, squares 0.0, bound 3.8; "
-            "share of the squared difference 100.0 ± 100.0 %)"
+            "share of the squared difference not determined)"
         )
+        assert "not determined" in share_text(replace(verdict, share=11.026, share_uncertainty=75.216))
 
     @pytest.mark.parametrize("shape", [(13, 20), (16, 16, 20)])
     def test_noise_that_would_hide_what_a_person_sees(self, shape):

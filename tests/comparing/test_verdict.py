@@ -215,7 +215,7 @@ class TestDegreesOfFreedom:
     def test_they_come_from_the_attributes(self, attrs, freedom):
         image = render_of(np.random.default_rng(6), 16)
         image.dataset.attrs.update(attrs)
-        spectra = measure(image, self.points, aperture=Aperture(0.5, "px"))
+        spectra = measure(image, self.points, aperture=Aperture(1, "px"))
         assert spectra.freedom == pytest.approx([freedom] * 4)
 
     def test_an_aperture_of_many_pixels_has_more(self):
@@ -231,7 +231,7 @@ class TestDegreesOfFreedom:
         for side, factor in zip(sides, (1.0, 1.2), strict=True):
             side.dataset.attrs.update(method="paths", spp=64)
             side.dataset["radiance"] *= np.float32(factor)
-        tables = [measure(side, self.points, aperture=Aperture(0.5, "px")) for side in sides]
+        tables = [measure(side, self.points, aperture=Aperture(1, "px")) for side in sides]
         assert compare(*tables).points.noise.differs
 
 
@@ -286,6 +286,21 @@ class TestPoints:
             measure(image, (Point("1", (1, 1)),), aperture=Aperture(1, "px")), tmp_path / "a.csv"
         )
         assert read_point_spectra(tmp_path / "a.csv").correlated
+
+    def test_of_few_samples_they_stay_so_through_a_file(self, tmp_path):
+        """A table counts like the image it was measured in: 3 degrees of freedom, not errors that are known."""
+        image = image_of(np.random.default_rng(2).random((4, 4, 7)), error=0.1)
+        image.dataset.attrs.update(method="staged", repeats=4)
+        points = (Point("1", (1, 1)), Point("2", (3, 2)))
+        measured = measure(image, points, aperture=Aperture(1, "px"))
+        write_point_spectra(measured, tmp_path / "a.csv")
+        read = read_point_spectra(tmp_path / "a.csv")
+        np.testing.assert_array_equal(read.freedom, [3, 3])
+        other = PointSpectra(read.names, read.bands, 2 * read.radiance, read.standard_error, read.unit)
+        direct, by_file = (
+            compare(side, other).points.noise.block_z for side in (measured, tmp_path / "a.csv")
+        )
+        assert by_file == pytest.approx(direct, rel=1e-6)
 
 
 def rendered(seed, white=None):

@@ -11,7 +11,7 @@ import pytest
 from report_parts import Report
 
 from fluorspar.comparing.compare import compare
-from fluorspar.errors import ImageError
+from fluorspar.errors import ImageError, OptionError
 from fluorspar.figures.report import report, write_report
 from fluorspar.figures.spectra import (
     comparison_figure,
@@ -21,6 +21,7 @@ from fluorspar.figures.spectra import (
     spectra_figure,
     write_figure,
 )
+from fluorspar.figures.style import FORMATS
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.spectral.bands import Bands
@@ -198,6 +199,17 @@ class TestFiles:
     def test_a_figure_for_a_paper(self, compared, tmp_path):
         write_figure(comparison_figure(compared), tmp_path / "a.png")
         assert (tmp_path / "a.png").read_bytes() == encode(comparison_figure(compared))
+
+    @pytest.mark.parametrize("suffix", FORMATS)
+    def test_equal_figures_are_equal_files(self, compared, tmp_path, suffix):
+        for name in ("a", "b"):
+            write_figure(comparison_figure(replace(compared, images=None)), tmp_path / f"{name}{suffix}")
+        assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+        assert (tmp_path / f"a{suffix}").read_bytes()[:5] in (b"\x89PNG\r", b"%PDF-", b"<?xml")
+
+    def test_another_kind_of_figure_is_refused(self, compared, tmp_path):
+        with pytest.raises(OptionError, match=r"(?s)a\.tiff.*\.png, \.pdf, \.svg"):
+            write_figure(comparison_figure(compared), tmp_path / "a.tiff")
 
     def test_a_missing_directory_is_said(self, compared, tmp_path):
         with pytest.raises(ImageError, match="does not exist"):

@@ -93,8 +93,20 @@ class TestAperture:
         assert 1 / weights.max() == pytest.approx(np.pi * radius**2, rel=5e-3)
 
     def test_an_aperture_below_a_pixel_measures_that_pixel(self, image):
-        spectra = measure(image, (Point("1", (5.2, 7.3)),), aperture=Aperture(0.001, "px"))
+        with pytest.warns(ApproximationWarning, match=r"0\.001 pixels, 0\.001 pixels wide.*touches"):
+            spectra = measure(image, (Point("1", (5.2, 7.3)),), aperture=Aperture(0.001, "px"))
         np.testing.assert_array_equal(spectra.radiance[0], 705)
+
+    def test_its_width_in_pixels_is_said(self, image):
+        """64 pixels of 39.3077 degrees: a tangent of 0.125 degrees is 64 / (2 tan(fov / 2)) times as many pixels."""
+        width = 64 / (2 * np.tan(np.radians(39.3077 / 2))) * 2 * np.tan(np.radians(0.125 / 2))
+        notes = measure(
+            image, (Point("1", (32, 32)),)
+        ).notes  # the default, which nobody asked for, is no warning
+        wide = f"{width:.2g} pixels wide: the pixels it touches are measured whole"
+        assert notes[0] == f"mean under an aperture of 0.125 degrees, {wide}"
+        with pytest.warns(ApproximationWarning, match=r"0\.1 degrees, 0\.16 pixels wide"):
+            measure(image, (Point("1", (32, 32)),), aperture="0.1deg")
 
     def test_an_aperture_beyond_the_image_is_said(self, image):
         with pytest.warns(ApproximationWarning, match="point 1 reaches beyond"):
@@ -144,7 +156,8 @@ class TestNotes:
 class TestPositions:
     def test_a_position_is_measured_where_the_camera_sees_it(self, image):
         x, y = camera_of(load_scene("cornell-box").with_settings(width=64, height=64)).project(SHORT_BLOCK)
-        there = measure(image, (Point("7", SHORT_BLOCK),), aperture=Aperture(1e-3, "px"))
+        with pytest.warns(ApproximationWarning, match="pixels wide"):
+            there = measure(image, (Point("7", SHORT_BLOCK),), aperture=Aperture(1e-3, "px"))
         assert there.radiance[0, 0] == int(x) + 100 * int(y)
 
     def test_a_hidden_point_is_refused(self, image):

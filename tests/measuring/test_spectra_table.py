@@ -75,6 +75,19 @@ class TestErrors:
         with pytest.raises(SpectrumError, match=r"(?s)not known.*errors: correlated"):
             read(f"# errors: {word}\n{HEAD}7,400,1,0.1\n7,410,1,0.1\n")
 
+    def test_degrees_of_freedom(self, read):
+        spectra = read("point,wavelength,radiance,standard_error,freedom\n7,400,1,0.1,3\n7,410,1,0.1,3\n")
+        np.testing.assert_array_equal(spectra.freedom, [3])
+
+    @pytest.mark.parametrize("number", ["0", "-1", "nan"])
+    def test_impossible_degrees_of_freedom(self, read, number):
+        with pytest.raises(SpectrumError, match=r"(?s)degrees of freedom are impossible.*point 7"):
+            read(f"point,wavelength,radiance,standard_error,freedom\n7,400,1,0.1,{number}\n7,410,1,0.1,3\n")
+
+    def test_degrees_of_freedom_of_no_errors(self, read):
+        with pytest.raises(SpectrumError, match="missing: standard_error"):
+            read("point,wavelength,radiance,freedom\n7,400,1,3\n7,410,1,3\n")
+
     def test_those_that_are_not_known_are_not_written(self, tmp_path):
         ones = np.ones((1, 2))
         spectra = PointSpectra(("1",), Bands(Wavelengths(400, 410, 10)), ones, np.nan * ones)
@@ -123,6 +136,16 @@ class TestWavelengths:
     def test_one_that_a_point_lacks_is_named(self, read):
         with pytest.raises(SpectrumError, match=r"(?s)point 2.*410 nm at one of the two only.*point 1"):
             read(HEAD + "1,400,1,0\n1,410,2,0\n2,400,1,0\n")
+
+    def test_micrometres(self, read):
+        with pytest.raises(
+            SpectrumError, match=r"(?s)too short for light.*0\.4 to 0\.7 nm.*micrometres times 1000"
+        ):
+            read("wavelength,1\n0.4,1\n0.7,2\n")
+
+    @pytest.mark.parametrize("head", ["Wavelength [nm]", "wavelength/nm", "nm"])
+    def test_their_unit_in_the_header(self, read, head):
+        assert read(f"{head},1\n400,1\n410,2\n").names == ("1",)
 
     def test_only_one(self, read):
         with pytest.raises(SpectrumError, match="only one wavelength"):

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 MOST_PHOTON_YIELD = 1.15  # more than measurement error explains
 SPARE_PHOTONS = 0.01  # per photon, that a reflectance assumed beside luminescence leaves free
 _ROUNDING = 1e-6
+_ROUNDED_YIELD = 1e-3  # photons, of cells or spectra with few digits
 _SIGNIFICANT = 5.0  # standard errors
 
 
@@ -43,14 +44,14 @@ def photon_yield(band: Array, emission: Array, excitation: Array) -> Array:
 
 
 def check_photon_yield(total: Array, wavelengths: Array, where: str) -> None:
-    """Warn of a photon yield above 1, refuse one above 1.15; both arrays of shape (N,).
+    """Warn of a photon yield above 1 by more than rounding, refuse one above 1.15; both arrays of shape (N,).
 
     Examples
     --------
     >>> check_photon_yield(np.array([0.8, 1.0]), np.array([400.0, 500.0]), "a dye")
     """
     worst = int(np.argmax(total))
-    if total[worst] <= 1 + _ROUNDING:
+    if total[worst] <= 1 + _ROUNDED_YIELD:
         return
     place = f"{where}, excitation {wavelengths[worst]:g} nm"
     got = f"{total[worst]:.4g} photons out per photon in"

@@ -5,6 +5,7 @@ The spectra count photons or energy: files say it, or the user says it for them.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Fluorophore, Material
-from fluorspar.errors import MaterialError, SpectrumError, message
+from fluorspar.errors import ExtrapolationWarning, MaterialError, SpectrumError, message
 from fluorspar.files.curves import Role, read_curve
 from fluorspar.files.names import file_and_column
 from fluorspar.spectral.spectrum import Spectrum, SpectrumLike, as_spectrum, read_spectrum, trapezoid
@@ -22,6 +23,10 @@ __all__ = ["check_order", "dye", "read_dye"]
 
 Array = NDArray[np.float64]
 Units = Literal["energy", "photon"]
+
+_RANGE = (300.0, 780.0)  # nm, of a substrate that is the same everywhere
+_EDGE = 0.001  # nm, beside the end of a table that does not end at 0
+_HIGH_END = 0.05  # of the peak
 
 
 def dye(
@@ -48,6 +53,9 @@ def dye(
 
     Emission at wavelengths shorter than the excitation is left out (Stokes), so the photon yield of
     excitation inside the emission band is less than `quantum_yield * a`.
+
+    Outside their tables the dye neither absorbs nor emits: S is that of the substrate, and the quantum yield counts
+    the photons of the table alone. `assumed` of the material says so if a table ends above 0.
 
     Parameters
     ----------
@@ -80,6 +88,11 @@ def dye(
         If units are not given as one of the two, quantum yield or strength lies outside 0 to 1, a spectrum is
         negative or 0 everywhere, or most of the emission lies at shorter wavelengths than the excitation.
 
+    Warns
+    -----
+    ExtrapolationWarning
+        If a table ends, within the data of the substrate, at more than 5 % of its peak.
+
     Examples
     --------
     >>> peak = Spectrum([400, 450, 500], [0, 1, 0]), Spectrum([480, 530, 580], [0, 1, 0])
@@ -105,6 +118,16 @@ def dye(
         if spectrum.values.min() < 0 or not spectrum.values.any() or spectrum.is_constant:
             fault = "a spectrum of a dye is negative, 0 everywhere or constant"
             raise MaterialError(message(fault, where=f"{name}, {spectrum.title}"))
+    try:
+        material = substrate if isinstance(substrate, Material) else Material(name, as_spectrum(substrate))
+        base = material.as_spectra()
+        within = _RANGE if base.reflectance.is_constant else base.reflectance.support
+    except SpectrumError as err:
+        raise MaterialError(message("a dyed substrate is impossible", where=name, got=err)) from err
+    tables = (("absorption", excitation), ("emission", emission))
+    ends = [_end_in_words(name, what, spectrum, within) for what, spectrum in tables]
+    assumed = "; ".join(filter(None, [assumed, *ends]))
+    excitation, emission = (_ended(spectrum, within) for spectrum in (excitation, emission))
     ex, em = excitation.wavelengths, emission.wavelengths
     absorbed = excitation.values / (ex if units == "energy" else 1.0)
     absorbed = strength * absorbed / absorbed.max()
@@ -119,8 +142,6 @@ def dye(
         name,
     )
     try:
-        material = substrate if isinstance(substrate, Material) else Material(name, as_spectrum(substrate))
-        base = material.as_spectra()
         reflectance = _dyed(base.reflectance, Spectrum(ex, absorbed), f"reflectance of {name!r}", assumed)
         return Material(
             name,
@@ -202,6 +223,39 @@ def read_dye(
     )
 
 
+def _open_ends(spectrum: Spectrum, within: tuple[float, float]) -> list[tuple[str, float, float]]:
+    """Where a table ends above 0 inside a range: side, wavelength, share of the peak."""
+    first, last = spectrum.support
+    ends = (
+        ("below", first, spectrum.values[0], first > within[0] + _EDGE),
+        ("above", last, spectrum.values[-1], last < within[1] - _EDGE),
+    )
+    most = spectrum.values.max()
+    return [(side, at, float(value / most)) for side, at, value, inside in ends if value > 0 and inside]
+
+
+def _ended(spectrum: Spectrum, within: tuple[float, float]) -> Spectrum:
+    """The spectrum with a 0 just beside each end that is above 0, so that nobody continues it by a line."""
+    w, values = spectrum.wavelengths, spectrum.values
+    for side, at, _ in _open_ends(spectrum, within):
+        place, beside = (0, at - _EDGE) if side == "below" else (len(w), at + _EDGE)
+        w, values = np.insert(w, place, beside), np.insert(values, place, 0.0)
+    return replace(spectrum, wavelengths=w, values=values)
+
+
+def _end_in_words(name: str, what: str, spectrum: Spectrum, within: tuple[float, float]) -> str:
+    """Say where a table ends above 0, and warn if it is far above."""
+    ends = _open_ends(spectrum, within)
+    words = ", ".join(
+        f"{side} {at:g} nm, where its table ends at {100 * share:.3g} % of the peak"
+        for side, at, share in ends
+    )
+    text = f"{what} taken as 0 {words}" if ends else ""
+    if any(share > _HIGH_END for _, _, share in ends):
+        warnings.warn(f"{name}: {text}", ExtrapolationWarning, stacklevel=3)
+    return text
+
+
 def check_order(
     name: str, ex: Array, taken_up: Array, em: Array, photons: Array, *, least: float = 0.5
 ) -> None:
@@ -237,7 +291,7 @@ def _shaded(other: Fluorophore, ex: Array, absorbed: Array) -> Fluorophore:
 
 def _dyed(substrate: Spectrum, absorbed: Spectrum, title: str, assumed: str) -> Spectrum:
     """Return S_substrate (1 - a) on the wavelengths of both; a is 0 outside its table."""
-    first, last = (300.0, 780.0) if substrate.is_constant else substrate.support
+    first, last = _RANGE if substrate.is_constant else substrate.support
     w = np.unique(np.concatenate([absorbed.wavelengths, substrate.wavelengths, [first, last]]))
     w = w[(w >= first) & (w <= last)]
     share = np.interp(w, absorbed.wavelengths, absorbed.values, left=0.0, right=0.0)

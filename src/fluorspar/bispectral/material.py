@@ -14,8 +14,16 @@ from fluorspar.bispectral.conversions import Stokes
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, weighted_matrices
 from fluorspar.bispectral.factored import FactoredMatrix, Fluorophore
 from fluorspar.bispectral.measured import MeasuredMatrix
-from fluorspar.bispectral.summary import colour_in_words, in_lines, photon_yield_in_words, summary_grid
+from fluorspar.bispectral.shown_colour import LampColour
+from fluorspar.bispectral.summary import (
+    colour_in_words,
+    daylight_colour,
+    in_lines,
+    photon_yield_in_words,
+    summary_grid,
+)
 from fluorspar.errors import ExtrapolationWarning, MaterialError, message
+from fluorspar.notebook import curve, facts_table, patch
 from fluorspar.spectral.spectrum import Spectrum, check_reflectance, weighted_sum
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -85,6 +93,20 @@ class Material:
 
     def __repr__(self) -> str:
         """Describe it in a few lines. Nothing is checked: who mends an impossible material needs its description."""
+        return in_lines(self._title, self._described()[0])
+
+    def _repr_html_(self) -> str:
+        facts, colour = self._described()
+        S = self.reflectance
+        drawn = curve((0.0, 1.0) if S.is_constant else S.wavelengths, S.values)
+        return facts_table(self._title, facts.items(), patch(colour.srgb), drawn)
+
+    @property
+    def _title(self) -> str:
+        return f"Material '{self.name}'"
+
+    def _described(self) -> tuple[dict[str, str], LampColour]:
+        """What it is, in words, and its colour under D65."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ExtrapolationWarning)  # its span is told
             D = self.unchecked_on(summary_grid(self.reflectance))
@@ -101,7 +123,8 @@ class Material:
         facts |= {f"fluorophore {k}": str(dye) for k, dye in enumerate(self.fluorophores, start=1)}
         if self.fluorescent:
             facts["photon yield"] = photon_yield_in_words(self.matrix or D)
-        return in_lines(f"Material '{self.name}'", facts | {"under D65": colour_in_words(D)})
+        colour = daylight_colour(D)
+        return facts | {"under D65": colour_in_words(colour)}, colour
 
     @classmethod
     def from_matrix(
@@ -181,8 +204,8 @@ class Material:
         grid : Wavelengths
             N wavelengths.
         stokes : {"half", "strict"}
-            How fluorophores treat excitation at the emission wavelength itself; measured matrices are used
-            as given.
+            How fluorophores treat excitation at the emission wavelength itself; "strict" also leaves out the cells
+            of measured matrices above the diagonal.
 
         Returns
         -------
@@ -201,7 +224,7 @@ class Material:
         ExtrapolationWarning
             If the grid reaches beyond the reflectance, or beyond a measured matrix.
         PhotonYieldWarning
-            If the photon yield lies between 1 and 1.15.
+            If the photon yield lies between 1 and 1.15. That of a measured matrix is judged on its own wavelengths.
 
         Examples
         --------
@@ -209,12 +232,39 @@ class Material:
         >>> Material("dyed", Spectrum.constant(0.1), (dye,)).on(Wavelengths(400, 600, 50)).band()[3].round(3)
         array([0. , 0.6, 0. , 0.1, 0. ])
         """
+        D = self.unchecked_on(grid, stokes)
         # tables and measured cells were checked for their orientation
-        return self.unchecked_on(grid, stokes).check(self.name, orientation=False)
+        self._judged(D).check(self.name, orientation=False)
+        return D
+
+    def _judged(self, D: DonaldsonMatrix) -> DonaldsonMatrix:
+        """Return the matrix whose photons count: on the wavelengths of a measurement, not on others in between."""
+        measured = next((term for _, term in self.terms if isinstance(term, MeasuredMatrix)), None)
+        if measured is None:
+            return D
+        with warnings.catch_warnings():  # what is assumed on the render grid was told
+            warnings.simplefilter("ignore", ExtrapolationWarning)
+            return self.unchecked_on(measured.grid(), D.stokes)
 
     def unchecked_on(self, grid: Wavelengths, stokes: Stokes = "half") -> DonaldsonMatrix:
         """Return its Donaldson matrix on a grid, possible or not; see `on`."""
         return weighted_matrices([(weight, term.on(grid, stokes)) for weight, term in self.terms])
+
+    def stokes_side(self) -> Material:
+        """Return it without what measured matrices have above the diagonal: noise.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 410.0])
+        >>> sheet = Material.from_matrix("sheet", MeasuredMatrix(w, w, [[0.5, 0.01], [0.1, 0.4]]))
+        >>> sheet.stokes_side().on(Wavelengths(400, 410, 10)).band()[0]
+        array([0.5, 0. ])
+        """
+        terms = tuple(
+            (weight, term.stokes_side() if isinstance(term, MeasuredMatrix) else term)
+            for weight, term in self.terms
+        )
+        return replace(self, terms=terms)
 
     def with_concentration(self, factor: float) -> Material:
         """Return it with `factor` times the luminescence: alpha, or the luminescent cells of a matrix.

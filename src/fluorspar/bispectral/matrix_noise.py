@@ -5,8 +5,8 @@ In bispectral instruments it has three parts, which matter differently to a fit:
 
 * white noise of every cell;
 * a baseline of every column - each excitation wavelength is measured by itself, with an offset and a slow drift of its
-  own - which is the same above and below the diagonal and would otherwise pass for weak luminescence. What all columns
-  have in common of it is a zero error of the instrument;
+  own - which is the same above and below the diagonal and would otherwise pass for weak luminescence. An offset that
+  all cells share is a zero error of the instrument;
 * the finite bandpass, which spreads reflected light over the cells next to the diagonal.
 """
 
@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 
 _FEWEST = 16  # cells of a column from which an offset and a tilt are worth estimating
 _SMALLEST = 1e-5  # no instrument is better
-_SIGNIFICANT = 3.0  # standard errors
+_FALSE_ZERO = 0.003  # rate of zero errors that are chance
+_DARK = 0.25  # of the rows below the diagonal: no dye emits in so many
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,9 @@ class MatrixNoise:
         emission range.
     resolution : float
         Cells are whole multiples of this (0 if they are not rounded); its rounding error is part of `white`.
-    common : tuple of float
-        Offset and tilt of the baseline that all columns have in common; 0 where it is less than three times its
-        standard error.
+    common : float
+        Offset that all cells have in common, a zero error of the instrument; 0 unless it is significant above the
+        diagonal and the dark cells below have it too.
     """
 
     white: float
@@ -51,17 +52,7 @@ class MatrixNoise:
     offset: float
     tilt: float
     resolution: float
-    common: tuple[float, float] = (0.0, 0.0)
-
-    def common_baseline(self, rows: int) -> Array:
-        """Return the baseline of all columns over `rows` emission wavelengths, ndarray of shape (rows,).
-
-        Examples
-        --------
-        >>> MatrixNoise(0.001, 0.001, 0.0, 0.0, 0.0, (0.002, 0.001)).common_baseline(3)
-        array([0.001, 0.002, 0.003])
-        """
-        return np.asarray(np.array(self.common) @ baseline_shapes(rows))
+    common: float = 0.0
 
 
 def stokes_shift(emission: Array, excitation: Array, step: float) -> Array:
@@ -102,26 +93,26 @@ def estimate_noise(cells: Array, shift: Array) -> MatrixNoise:
     """
     far, next_to = shift < -1.5, (shift < -0.5) & (shift >= -1.5)
     shapes = baseline_shapes(len(cells))
-    coefficients, left, freedom = [], 0.0, 0
+    coefficients, levels, left, freedom = [], [], 0.0, 0
     for column in range(cells.shape[1]):
         rows = far[:, column]
         if rows.sum() < _FEWEST:
             continue
         fitted = np.linalg.lstsq(shapes[:, rows].T, cells[rows, column], rcond=None)[0]
         coefficients.append(fitted)
+        levels.append(float(np.mean(cells[rows, column])))
         left += float(np.sum((cells[rows, column] - fitted @ shapes[:, rows]) ** 2))
         freedom += int(rows.sum()) - len(shapes)
     resolution = _resolution(cells)
     rounding = resolution / np.sqrt(12)
     if freedom:
         white = np.hypot(np.sqrt(left / freedom), rounding)
-        common, spread = np.mean(coefficients, axis=0), np.std(coefficients, axis=0)
-        common[np.abs(common) < _SIGNIFICANT * spread / np.sqrt(len(coefficients))] = 0.0
-        offset, tilt = spread
+        common = _common_offset(np.array(levels), cells, shift)
+        offset, tilt = np.std(coefficients, axis=0)
     else:  # a small matrix: no column is long enough, so all is called white
         values = cells[far | next_to]
         white = np.hypot(np.sqrt(np.mean(values**2)) if values.size else 0.0, rounding)
-        common = np.zeros(2)
+        common = 0.0
         offset = tilt = _SMALLEST
     above = cells[shift < -0.5]
     if above.size and not above.any():  # somebody has taken away what would show the noise
@@ -134,13 +125,37 @@ def estimate_noise(cells: Array, shift: Array) -> MatrixNoise:
         max(float(offset), _SMALLEST),
         max(float(tilt), _SMALLEST),
         resolution,
-        (float(common[0]), float(common[1])),
+        common,
     )
 
 
 def baseline_shapes(rows: int) -> Array:
     """Return the shapes a column's baseline may have over emission, ndarray of shape (2, rows): offset and tilt."""
     return np.stack([np.ones(rows), np.linspace(-1, 1, rows)])
+
+
+def _common_offset(levels: Array, cells: Array, shift: Array) -> float:
+    """Return the offset that the columns above the diagonal share with the dark cells below, 0 if there is none.
+
+    `levels` are the means of the columns above the diagonal. Columns are measured one after another and drift, so
+    neighbours that are alike count as fewer than they are (Student's t).
+    """
+    from scipy.stats import t
+
+    mean, off = float(np.mean(levels)), levels - np.mean(levels)
+    alike = float(np.clip(off[1:] @ off[:-1] / max(off @ off, _SMALLEST**2), 0.0, 0.9))
+    fewer = (1 - alike) / (1 + alike)
+    count = fewer * len(levels)
+    below = shift > 1.5
+    columns = below.sum(axis=1)
+    rows = columns >= _FEWEST
+    if count < 2 or not rows.any():
+        return 0.0
+    error = float(np.std(levels, ddof=1)) * float(t.ppf(1 - _FALSE_ZERO / 2, count - 1))
+    dark = float(np.quantile(np.where(below, cells, 0.0).sum(axis=1)[rows] / columns[rows], _DARK))
+    uncertain = error * np.sqrt(1 / count + 1 / (fewer * float(np.mean(columns[rows]))))
+    significant = abs(mean) > error / np.sqrt(count)
+    return mean if significant and np.sign(mean) * (mean - dark) < uncertain else 0.0
 
 
 def _roughness(cells: Array) -> float:

@@ -120,6 +120,20 @@ class MeasuredMatrix:
         """Step of the excitation wavelengths in nm."""
         return float((self.excitation[-1] - self.excitation[0]) / (len(self.excitation) - 1))
 
+    def grid(self, step: float | None = None) -> Wavelengths:
+        """Return the wavelengths of excitation and emission together, with the step of the measurement or another.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 410.0])
+        >>> print(MeasuredMatrix(w, w, [[0.5, 0], [0.1, 0.4]]).grid())
+        400-410 nm by 10
+        """
+        h = self.step if step is None else step
+        first = float(min(self.excitation[0], self.emission[0]))
+        last = float(max(self.excitation[-1], self.emission[-1]))
+        return Wavelengths(first, first + h * float(np.floor((last - first) / h + 1e-6)), h)
+
     @property
     def reflectance(self) -> Spectrum:
         """S, the cells of equal emission and excitation wavelength."""
@@ -167,6 +181,19 @@ class MeasuredMatrix:
         """Return it with the luminescent cells times `factor` and S as it is, also where it was not measured."""
         cells = np.where(self._is_diagonal(), self.cells, factor * self.cells)
         return replace(self, cells=cells, room=self._room())
+
+    def stokes_side(self) -> MeasuredMatrix:
+        """Return it with 0 above the diagonal, where light would be shifted to shorter wavelengths: noise.
+
+        Examples
+        --------
+        >>> w = np.array([400.0, 410.0])
+        >>> MeasuredMatrix(w, w, [[0.5, 0.01], [0.1, 0.4]]).stokes_side().cells
+        array([[0.5, 0. ],
+               [0.1, 0.4]])
+        """
+        above = self.emission[:, np.newaxis] < self.excitation - _SAME
+        return replace(self, cells=np.where(above, 0.0, self.cells))
 
     def within_noise(self) -> MeasuredMatrix:
         """Return it with a reflectance that leaves 0 to 1 by no more than noise set to 0 or 1.
@@ -225,7 +252,7 @@ class MeasuredMatrix:
         grid : Wavelengths
             N wavelengths.
         stokes : {"half", "strict"}
-            Changes nothing: a measured matrix is used as given.
+            "strict" leaves out the cells above the diagonal (see `stokes_side`); by default all are used as given.
 
         Returns
         -------
@@ -249,6 +276,8 @@ class MeasuredMatrix:
         array([[0.  , 0.  ],
                [0.02, 0.  ]])
         """
+        if stokes == "strict":
+            return replace(self.stokes_side().on(grid), stokes=stokes)
         w = grid.values
         held = self.reflectance.on(grid, outside="hold")
         reflectance = self._with_room(held, w)

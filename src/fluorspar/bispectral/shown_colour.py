@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fluorspar.colour.adaptation import adapt_to_d65
 from fluorspar.colour.observers import CIE_1931, CIE_1964
 from fluorspar.colour.whiteness import Whiteness, cie_whiteness
-from fluorspar.colour.xyz import SRGB_FROM_XYZ, lab_from_xyz, observer_weights, srgb_from_xyz
+from fluorspar.colour.xyz import SRGB_FROM_XYZ, lab_from_xyz, observer_weights, srgb_encode, srgb_from_xyz
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -96,8 +96,8 @@ class LampColour:
 
     @property
     def luminescent_share(self) -> float:
-        """Luminescent part of the luminance, 0 to 1."""
-        return float(self.xyz_luminescent[1] / self.xyz[1]) if self.xyz[1] > 0 else 0.0
+        """Luminescent part of the luminance, 0 to 1; 0 where the noise of a measured matrix makes it negative."""
+        return max(0.0, float(self.xyz_luminescent[1] / self.xyz[1])) if self.xyz[1] > 0 else 0.0
 
     @property
     def srgb(self) -> Array:
@@ -106,6 +106,15 @@ class LampColour:
         What is too bright for sRGB is dimmed until it fits, so that a neon paint keeps its hue.
         """
         return srgb_from_xyz(self._seen(), min(1.0, 1.0 / self._brightest()))[0]
+
+    @property
+    def plain_srgb(self) -> Array:
+        """Gamma-encoded sRGB of XYZ as it is, ndarray of shape (3,): no adaptation to the lamp, nothing fitted.
+
+        Below 0 or above 1 where sRGB has no such colour; negative values are encoded as their positive ones.
+        """
+        linear = SRGB_FROM_XYZ @ (self.xyz / 100)
+        return np.sign(linear) * srgb_encode(np.abs(linear))
 
     @property
     def in_gamut(self) -> bool:

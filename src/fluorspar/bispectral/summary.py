@@ -13,7 +13,7 @@ from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["colour_in_words", "in_lines", "photon_yield_in_words", "summary_grid"]
+__all__ = ["colour_in_words", "daylight_colour", "in_lines", "photon_yield_in_words", "summary_grid"]
 
 _STEP = 5.0  # nm, of the grid on which photon yield and colour are found
 _RANGE = (300.0, 780.0)  # nm, at most
@@ -60,12 +60,16 @@ def photon_yield_in_words(matrix: DonaldsonMatrix | MeasuredMatrix) -> str:
     )
 
 
-def colour_in_words(D: DonaldsonMatrix) -> str:
-    """The colour under D65, in sRGB and CIELAB."""
+def daylight_colour(D: DonaldsonMatrix) -> LampColour:
+    """The colour under D65."""
     light = illuminant("D65").on(D.wavelengths)
-    seen = LampColour(
+    return LampColour(
         D.wavelengths, "D65", light, D.reflect(light), D.apply_luminescent(light), None, CIE_1931
     )
+
+
+def colour_in_words(seen: LampColour) -> str:
+    """A colour in sRGB and CIELAB."""
     rgb = " ".join(str(round(255 * float(c))) for c in seen.srgb)
     lab = " ".join(f"{c:.1f}" for c in seen.lab.round(1) + 0.0)  # no "-0.0"
     return f"sRGB {rgb}, L*a*b* {lab}"

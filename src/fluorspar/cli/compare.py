@@ -8,11 +8,16 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption
+from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption, ObserverOption
+from fluorspar.figures.style import FORMATS
+from fluorspar.files import tables
+from fluorspar.image.formats.registry import SUFFIXES
 
 __all__ = ["compare"]
 
 EXCEEDED = 1
+
+_WRITTEN = (".json", ".html", *FORMATS)
 
 _EXAMPLES = """Examples:
 
@@ -29,13 +34,15 @@ def compare(
     a: Annotated[
         str,
         typer.Argument(
-            metavar="A", help="The reference: an image (.nc, .exr, .hdr) or a table of spectra (.csv)."
+            metavar="A",
+            help=f"The reference: an image ({', '.join(SUFFIXES)}) or a table of spectra "
+            f"({', '.join(tables.SUFFIXES)}).",
         ),
     ],
     b: Annotated[str, typer.Argument(metavar="B", help="What is compared with it, of either kind.")],
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", help="File to write: .json, .png, .html. May be repeated."),
+        typer.Option("-o", "--output", help=f"File to write: {', '.join(_WRITTEN)}. May be repeated."),
     ] = None,
     points: Annotated[
         Path | None, typer.Option(help="Points file: point, x, y (pixels) or point, x, y, z (scene).")
@@ -53,13 +60,7 @@ def compare(
             metavar="POINT|ILLUMINANT", help="White of CIELAB. [default: the point of --match, or else D65]"
         ),
     ] = None,
-    observer: Annotated[
-        str,
-        typer.Option(
-            metavar="2|10",
-            help="Of CIELAB: CIE 1931 (2) or CIE 1964 (10 degrees). Luminance is always CIE 1931.",
-        ),
-    ] = "2",
+    observer: ObserverOption = "2",
     wavelengths: Annotated[
         str | None,
         typer.Option(
@@ -109,7 +110,7 @@ def compare(
     from fluorspar.files.writing import check_not_input
 
     outputs = output or []
-    check_files(outputs, (".json", ".png", ".html"))
+    check_files(outputs, _WRITTEN)
     for path in outputs:
         check_not_input(path, a, b, points, scene)
     limits = limits_of(fail_above or [])
@@ -139,10 +140,10 @@ def compare(
         with console.err.status(f"writing {text_of(path)}"):
             if path.suffix.lower() == ".json":
                 comparison.save_json(path)
-            elif path.suffix.lower() == ".png":
-                write_figure(comparison_figure(comparison), path)
-            else:
+            elif path.suffix.lower() == ".html":
                 write_report(comparison, path)
+            else:
+                write_figure(comparison_figure(comparison), path)
     console.out.print(comparison.text(), markup=False, highlight=False)
     for path in outputs:
         console.out.print(f"wrote {text_of(path)}", markup=False, highlight=False)

@@ -8,7 +8,11 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption
+from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption, ObserverOption
+from fluorspar.errors import OptionError, message
+from fluorspar.figures.style import FORMATS
+from fluorspar.files import tables
+from fluorspar.image.formats.registry import SUFFIXES
 
 __all__ = ["measure"]
 
@@ -16,7 +20,7 @@ _EXAMPLES = """Example:  fluorspar measure box.nc points.csv -o spectra.csv -o s
 
 
 def measure(
-    image: Annotated[Path, typer.Argument(help="A spectral image (.nc, .exr, .hdr).")],
+    image: Annotated[Path, typer.Argument(help=f"A spectral image ({', '.join(SUFFIXES)}).")],
     points: Annotated[
         Path,
         typer.Argument(help="Points file: point, x, y (pixels) or point, x, y, z (scene)[, white][, note]."),
@@ -24,7 +28,9 @@ def measure(
     output: Annotated[
         list[Path] | None,
         typer.Option(
-            "-o", "--output", help="File to write: .csv (tidy) or .png (a panel a point). May be repeated."
+            "-o",
+            "--output",
+            help=f"File to write: .csv (tidy), or {', '.join(FORMATS)} (a panel a point). May be repeated.",
         ),
     ] = None,
     scene: CameraOption = None,
@@ -39,12 +45,17 @@ def measure(
     component: Annotated[
         str | None, typer.Option(help="A component, or single_bounce, reflected, luminescent.")
     ] = None,
+    observer: ObserverOption = "2",
 ) -> None:
     """Measure the spectra of points: mean under an aperture, with its standard error."""
+    from math import isfinite
+
+    from rich.markup import escape
     from rich.table import Table
 
     from fluorspar.cli.options import scene_named
     from fluorspar.cli.targets import check_files
+    from fluorspar.colour.observers import observer_named
     from fluorspar.figures.spectra import spectra_figure, write_figure
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input
@@ -54,9 +65,13 @@ def measure(
     from fluorspar.measuring.point_spectra import write_point_spectra
     from fluorspar.measuring.points import read_points
 
-    check_files(output or [], (".csv", ".png"))
+    check_files(output or [], (".csv", *FORMATS))
     for path in output or []:
         check_not_input(path, image, points, scene)
+    seen_by = observer_named(observer, "--observer")
+    if points.suffix.lower() in SUFFIXES and image.suffix.lower() in tables.SUFFIXES:
+        fault, fix = "the image and the points are in the wrong order", "fluorspar measure IMAGE POINTS"
+        raise OptionError(message(fault, got=f"{text_of(image)} {text_of(points)}", fix=fix))
     read = read_points(points)
     measured = measure_spectra(
         image,
@@ -75,10 +90,11 @@ def measure(
     absolute = is_unit_of_radiance(measured.unit)
     illuminances = measured.illuminance() if absolute else {}
     level = "luminance, cd/m2" if absolute else "luminance, relative"
-    table = Table("point", level, "illuminance, lx", "note", box=None, pad_edge=False)
-    for point, value in zip(read, measured.luminance(), strict=True):
+    table = Table("point", level, "x", "y", "illuminance, lx", "note", box=None, pad_edge=False)
+    for point, value, xy in zip(read, measured.luminance(), measured.chromaticity(seen_by), strict=True):
         lux = f"{illuminances[point.name]:.5g}" if point.name in illuminances else ""
-        table.add_row(point.name, f"{value:.5g}", lux, point.note)
+        coordinates = (f"{c:.4f}" if isfinite(c) else "" for c in xy)
+        table.add_row(escape(point.name), f"{value:.5g}", *coordinates, lux, escape(point.note))
     console.out.print(table)
     for note in measured.notes:
         console.out.print(note, markup=False, highlight=False)

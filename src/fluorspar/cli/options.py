@@ -12,6 +12,7 @@ import typer
 
 from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.bispectral.library import ENVIRONMENT
+from fluorspar.colour.observers import OBSERVERS
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ __all__ = [
     "CameraOption",
     "DefineOption",
     "LibraryOption",
+    "ObserverOption",
     "limits_of",
     "material_files",
     "mesh_parameter",
@@ -39,6 +41,15 @@ LibraryOption: TypeAlias = Annotated[
         "--library",
         metavar="DIR",
         help="A folder with materials of your own. May be repeated; the variable FLUORSPAR_MATERIALS does the same.",
+    ),
+]
+
+ObserverOption: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="2|10|NAME",
+        help="Standard observer of colours: 2 or 10 degrees (CIE 1931, CIE 1964), or its name, such as "
+        f"'{OBSERVERS[-1]}'. Luminance is always that of CIE 1931.",
     ),
 ]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from fluorspar.bispectral.files.registry import SUFFIXES_WRITTEN
 from fluorspar.errors import OptionError, message
+from fluorspar.figures.style import FORMATS
 from fluorspar.files.writing import check_not_input, check_target
 
 __all__ = [
-    "FIGURES",
     "check_files",
     "check_material_target",
     "check_pictures",
@@ -18,9 +18,6 @@ __all__ = [
     "check_suffix",
     "stream_target",
 ]
-
-FIGURES = (".png", ".pdf", ".svg")
-"""Suffixes of figures."""
 
 
 def check_files(
@@ -107,7 +104,7 @@ def check_plot(path: Path | None) -> None:
     """
     if path is None:
         return
-    check_suffix(path, FIGURES, "--plot")
+    check_suffix(path, FORMATS, "--plot")
     check_target(path)
 
 

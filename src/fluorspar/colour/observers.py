@@ -26,7 +26,12 @@ OBSERVERS = (
 )
 """Those whose functions are CIE XYZ: CIELAB and sRGB mean nothing in cone fundamentals or RGB functions."""
 
-_OF_DEGREES = {"2": CIE_1931, "10": CIE_1964}
+_SHORT = {
+    "2": CIE_1931,
+    "10": CIE_1964,
+    "2-2015": "CIE 2015 2 Degree Standard Observer",
+    "10-2015": "CIE 2015 10 Degree Standard Observer",
+}
 
 
 def observer_named(observer: str | int, where: str | None = None) -> str:
@@ -35,7 +40,8 @@ def observer_named(observer: str | int, where: str | None = None) -> str:
     Parameters
     ----------
     observer : str or int
-        2 or 10, degrees, of the CIE observers of 1931 and 1964; or one of `OBSERVERS`, in any case.
+        2 or 10, degrees, of the CIE observers of 1931 and 1964; "2-2015" or "10-2015", those of CIE 170-2:2015, made
+        of the cone fundamentals of 2006; or one of `OBSERVERS`, in any case.
     where : str, optional
         The option, for messages.
 
@@ -46,14 +52,14 @@ def observer_named(observer: str | int, where: str | None = None) -> str:
 
     Examples
     --------
-    >>> observer_named("10"), observer_named("cie 2015 2 degree standard observer")
+    >>> observer_named("10"), observer_named("2-2015")
     ('CIE 1964 10 Degree Standard Observer', 'CIE 2015 2 Degree Standard Observer')
     """
     text = str(observer).strip()
-    names = _OF_DEGREES | {name.casefold(): name for name in OBSERVERS}
+    names = _SHORT | {name.casefold(): name for name in OBSERVERS}
     if text.casefold() in names:
         return names[text.casefold()]
-    expected = f"{' or '.join(_OF_DEGREES)} (degrees); or a name: {', '.join(OBSERVERS)}"
+    expected = f"2 or 10 (degrees), 2-2015 or 10-2015; or a name: {', '.join(OBSERVERS)}"
     raise OptionError(message("there is no such observer", where=where, got=repr(text), expected=expected))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.colour.adaptation import adapt_to_d65
+from fluorspar.colour.observers import observer_named
 from fluorspar.colour.xyz import CIE_1931
 from fluorspar.comparing.common_components import common_components
 from fluorspar.comparing.common_points import common_points
@@ -38,7 +39,7 @@ from fluorspar.job import read_grid
 from fluorspar.measuring.aperture import Aperture
 from fluorspar.measuring.image_scene import given_scene
 from fluorspar.measuring.normalised import RANGE
-from fluorspar.measuring.options import text_option, width_option
+from fluorspar.measuring.options import reference_option, text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point, points_of
 from fluorspar.scene.scene import Scene
@@ -55,7 +56,7 @@ def compare(
     points: Sequence[Point] | str | os.PathLike[str] | None = None,
     match: str = "none",
     white: str | None = None,
-    observer: str = CIE_1931,
+    observer: str | int = CIE_1931,
     wavelengths: Wavelengths | str | ArrayLike | None = None,
     bandwidth_a: float | None = None,
     bandwidth_b: float | None = None,
@@ -81,8 +82,8 @@ def compare(
         White of CIELAB: the name of a point of A, or an illuminant, whose luminance is then the greatest of
         the points (of images without points: that of the white of the pictures). Default: the point of
         `match`; else D65.
-    observer : str
-        Name of the colour matching functions in colour-science.
+    observer : str or int
+        2 or 10 (degrees), or a name, see `fluorspar.colour.observers.observer_named`.
         It counts for CIELAB; luminances and pictures are those of CIE 1931.
     wavelengths : Wavelengths, str or array_like of shape (T,), optional
         The grid to compare on, such as `"400:700:10"` (nm), or evenly spaced wavelengths; default: the coarser of
@@ -136,10 +137,10 @@ def compare(
     0.0
     """
     with ExitStack() as opened:
-        match, white = text_option("match", match) or "none", text_option("white", white)
+        match, white = reference_option("match", match), text_option("white", white)
         component = text_option("component", component)
         widths = width_option("bandwidth_a", bandwidth_a), width_option("bandwidth_b", bandwidth_b)
-        grid = None if wavelengths is None else read_grid(wavelengths)
+        grid, observer = None if wavelengths is None else read_grid(wavelengths), observer_named(observer)
         sides = _opened(a, opened), _opened(b, opened)
         titles = title_of(sides[0], a), title_of(sides[1], b)
         bands, weights, of_bands = _common(sides, widths, grid)

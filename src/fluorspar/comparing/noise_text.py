@@ -8,6 +8,7 @@ from fluorspar.comparing.noise import NoiseVerdict
 
 __all__ = ["noise_sentence", "share_text", "verdict_text"]
 
+_VAGUE = 0.5  # an uncertainty of a share of which no digit counts
 _VISIBLE = 0.05  # a relative difference of luminance of about one CIEDE2000
 
 
@@ -17,7 +18,9 @@ def share_text(noise: NoiseVerdict) -> str:
         return "no difference"
     if noise.doubt and not noise.one_sided:
         return "not known"
-    plus = f" ± {100 * min(noise.share_uncertainty, 1):.1f}" if np.isfinite(noise.share_uncertainty) else ""
+    if _VAGUE < noise.share_uncertainty < np.inf:
+        return "not determined"
+    plus = f" ± {100 * noise.share_uncertainty:.1f}" if np.isfinite(noise.share_uncertainty) else ""
     return f"{100 * min(noise.share, 1):.1f}{plus} %"
 
 

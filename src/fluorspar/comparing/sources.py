@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from fluorspar.errors import OptionError, message
+from fluorspar.files import tables
 from fluorspar.files.names import text_of
 from fluorspar.image.formats.registry import SUFFIXES
 from fluorspar.image.spectral_image import SpectralImage
@@ -16,7 +17,6 @@ from fluorspar.measuring.point_spectra import PointSpectra, read_point_spectra
 from fluorspar.spectral.bands import Bands
 
 __all__ = [
-    "TABLES",
     "Side",
     "Source",
     "bands_of_side",
@@ -28,9 +28,6 @@ __all__ = [
 
 Side: TypeAlias = SpectralImage | PointSpectra
 Source: TypeAlias = Side | str | os.PathLike[str]
-
-TABLES = (".csv", ".txt")
-"""Suffixes of tables of spectra."""
 
 _NOT_STATED = ("", NOT_STATED, "unknown")
 
@@ -73,14 +70,14 @@ def open_side(source: Source) -> Side:
     suffix = Path(source).suffix.lower()
     if suffix in SUFFIXES:
         return SpectralImage.open(source)
-    if suffix in TABLES:
+    if suffix in tables.SUFFIXES:
         return read_point_spectra(source)
     raise OptionError(
         message(
             "this kind of file cannot be compared",
             where=source,
             got=suffix or "no suffix",
-            expected=f"an image ({', '.join(SUFFIXES)}) or a table of spectra ({', '.join(TABLES)})",
+            expected=f"an image ({', '.join(SUFFIXES)}) or a table of spectra ({', '.join(tables.SUFFIXES)})",
         )
     )
 

@@ -12,7 +12,7 @@ from fluorspar.bispectral.fit.fit import MaterialFit
 from fluorspar.bispectral.lamp_colour import LampColour, colour_under_lamp
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ExtrapolationWarning
-from fluorspar.figures.style import COLOUR_A, COLOUR_B, blank, styled
+from fluorspar.figures.style import COLOUR_A, COLOUR_B, blank, put_title, styled
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -151,7 +151,7 @@ def _lamp(colour: LampColour, name: str) -> Figure:
     )
     panel.set_ylim(0, 1.12 * panel.get_ylim()[1])
     _legend(panel, 3)
-    panel.set_title(fill(f"{name}, {colour.lamp}", 54), loc="left", fontsize=7.0)
+    put_title(panel, fill(f"{name}, {colour.lamp}", 54), fontsize=7.0)
     return figure
 
 
@@ -160,7 +160,7 @@ def _shown(panel: Axes, colour: LampColour, name: str) -> None:
     from matplotlib.patches import Rectangle
 
     _parts(panel, colour)
-    panel.set_title(f"     {name}, under D65", loc="left")
+    put_title(panel, f"     {name}, under D65")
     patch = Rectangle(
         (0.0, 1.03),
         0.055,

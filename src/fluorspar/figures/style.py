@@ -6,13 +6,27 @@ import io
 import os
 from typing import TYPE_CHECKING, Any
 
+from fluorspar.errors import OptionError, message
 from fluorspar.files.writing import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["COLOUR_A", "COLOUR_B", "blank", "encode", "put_title", "short", "styled", "write_figure"]
+__all__ = [
+    "COLOUR_A",
+    "COLOUR_B",
+    "FORMATS",
+    "blank",
+    "encode",
+    "put_title",
+    "short",
+    "styled",
+    "write_figure",
+]
+
+FORMATS = (".png", ".pdf", ".svg")
+"""Suffixes of files that a figure is written to."""
 
 # Okabe and Ito's colours, which most colour-blind readers can tell apart
 COLOUR_A, COLOUR_B = "#0072B2", "#D55E00"
@@ -28,6 +42,14 @@ _STYLE = {
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.2,
     "figure.dpi": 100.0,
+    "pdf.fonttype": 42,  # publishers refuse fonts of type 3
+    "svg.hashsalt": "fluorspar",  # so that equal figures are equal files
+}
+# without date and version, for the same reason
+_METADATA = {
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "Producer": None},
+    ".svg": {"Date": None},
 }
 
 
@@ -47,28 +69,29 @@ def styled(draw: Any, *args: Any) -> Figure:
     return figure
 
 
-def encode(figure: Figure, dpi: int = 200) -> bytes:
-    """Encode a figure as PNG.
+def encode(figure: Figure, suffix: str = ".png", dpi: int = 200) -> bytes:
+    """Encode a figure as one of `FORMATS`.
 
     Examples
     --------
-    >>> encode(blank(1, 1))[1:4]
-    b'PNG'
+    >>> encode(blank(1, 1))[1:4], encode(blank(1, 1), ".pdf")[1:4]
+    (b'PNG', b'PDF')
     """
     from matplotlib import rc_context
 
     stream = io.BytesIO()
     with rc_context(_STYLE):
-        # without the version of matplotlib, so that equal figures are equal files
-        figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
+        figure.savefig(stream, format=suffix[1:], dpi=dpi, metadata=_METADATA[suffix])
     return stream.getvalue()
 
 
 def write_figure(figure: Figure, path: str | os.PathLike[str], dpi: int = 200) -> None:
-    """Write a figure as PNG.
+    """Write a figure in the format that the suffix says, one of `FORMATS`.
 
     Raises
     ------
+    OptionError
+        If it says none of them.
     ImageError
         If the file cannot be written; an older one of that name is then unchanged.
 
@@ -77,7 +100,11 @@ def write_figure(figure: Figure, path: str | os.PathLike[str], dpi: int = 200) -
     >>> import tempfile
     >>> write_figure(blank(1, 1), os.path.join(tempfile.mkdtemp(), "empty.png"))
     """
-    content = encode(figure, dpi)
+    suffix = os.path.splitext(path)[1].lower()
+    if suffix not in FORMATS:
+        fault, got = "a figure cannot be written as this kind of file", suffix or "no suffix"
+        raise OptionError(message(fault, where=path, got=got, expected=", ".join(FORMATS)))
+    content = encode(figure, suffix, dpi)
     with replacing(path) as temporary:
         temporary.write_bytes(content)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import html
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from fluorspar.colour.xyz import luminance
 from fluorspar.image.dataset import VARIABLES, decoded_attrs, grid_of, names_of, values_of
 from fluorspar.image.units import is_radiance, quantity_of, unit_of
+from fluorspar.notebook import facts_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,17 +58,8 @@ class Summary:
     def html(self, png: bytes) -> str:
         """The summary as HTML, beside a picture."""
         picture = base64.b64encode(png).decode("ascii")
-        rows = [*self.facts, *self.shares.items()]
-        cells = "".join(
-            f"<tr><td style='text-align:left'>{html.escape(name)}</td>"
-            f"<td style='text-align:left'>{html.escape(value)}</td></tr>"
-            for name, value in rows
-        )
-        return (
-            "<div style='display:flex;gap:1.5em;align-items:flex-start'>"
-            f"<img alt='the total in sRGB' style='max-width:24em' src='data:image/png;base64,{picture}'>"
-            f"<table><caption>SpectralImage</caption>{cells}</table></div>"
-        )
+        beside = f"<img alt='the total in sRGB' style='max-width:24em' src='data:image/png;base64,{picture}'>"
+        return facts_table("SpectralImage", [*self.facts, *self.shares.items()], beside)
 
 
 def summarise(dataset: xr.Dataset) -> Summary:

@@ -89,7 +89,8 @@ class Aperture:
         )
 
     def __str__(self) -> str:
-        return f"{self.diameter:g} {'pixels' if self.unit == 'px' else 'degrees'}"
+        unit = "pixel" if self.unit == "px" else "degree"
+        return f"{self.diameter:g} {unit}{'' if self.diameter == 1 else 's'}"
 
 
 def directions(pixels: Array, camera_matrix: Array) -> Array:

@@ -1,22 +1,14 @@
-"""The scene that an image was rendered from, and where its camera sees points of it."""
+"""The scene that an image was rendered from."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fluorspar.errors import OptionError, message
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.measuring.points import Point
 from fluorspar.scene.scene import Scene
 
-__all__ = ["given_scene", "scene_of", "visible_pixels"]
-
-Array = NDArray[np.float64]
-
-_ON_SURFACE = 2e-3  # of the distance to the camera
+__all__ = ["given_scene", "scene_of"]
 
 
 def given_scene(scene: Scene | str | Path | None) -> Scene | None:
@@ -53,6 +45,7 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> scene_of(SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())) is None
     True
@@ -85,50 +78,3 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
             )
         )
     return None
-
-
-def visible_pixels(scene: Scene, points: tuple[Point, ...]) -> Array:
-    """Where the camera sees the points that are positions.
-
-    Parameters
-    ----------
-    scene : Scene
-        With the size of the image.
-    points : tuple of Point
-        P points, some of them pixels perhaps.
-
-    Returns
-    -------
-    ndarray of shape (P, 2)
-        Continuous image coordinates; NaN for points that are pixels, or behind the camera.
-
-    Raises
-    ------
-    OptionError
-        If a point is hidden from the camera, or is not on a surface.
-    """
-    from fluorspar.paths.tracing.visibility import first_hits
-    from fluorspar.scene.camera import camera_of
-
-    pixels = np.full((len(points), 2), np.nan)
-    rows = [row for row, point in enumerate(points) if not point.is_pixel]
-    positions = np.array([points[row].position for row in rows])
-    camera = camera_of(scene)
-    pixels[rows] = camera.project(positions)
-    eye = -np.linalg.solve(camera.matrix[:, :3], camera.matrix[:, 3])
-    hits = first_hits(scene, positions)
-    for row, position, hit in zip(rows, positions, hits, strict=True):
-        there, seen = np.linalg.norm(position - eye), np.linalg.norm(hit - eye)
-        if np.isnan(pixels[row]).any() or abs(seen - there) <= _ON_SURFACE * there:
-            continue  # behind the camera: said when it is looked up in the image
-        what = "a point is hidden from the camera" if seen < there else "a point is not on a surface"
-        sees = "nothing" if np.isnan(seen) else "a surface at " + ", ".join(f"{c:.4g}" for c in hit)
-        raise OptionError(
-            message(
-                what,
-                where=f"point {points[row].name} at {', '.join(f'{c:g}' for c in position)}",
-                got=f"the camera sees {sees}",
-                expected="a point of a surface that the camera sees",
-            )
-        )
-    return pixels

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import ApproximationWarning, ImageError, message
+from fluorspar.errors import ApproximationWarning, FluorsparWarning, ImageError, message
 from fluorspar.files.names import text_of
 from fluorspar.image.components import select
 from fluorspar.image.dataset import add_up, values_of
@@ -20,10 +20,11 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, unit_of_image
 from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
 from fluorspar.measuring.error_freedom import combined_freedom, error_freedom
-from fluorspar.measuring.image_scene import given_scene, scene_of, visible_pixels
+from fluorspar.measuring.image_scene import given_scene, scene_of
 from fluorspar.measuring.options import text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point, pixels_of, points_of
+from fluorspar.measuring.visible import doubts, visible_pixels
 from fluorspar.scene.scene import Scene
 from fluorspar.spectral.bands import beyond_the_data
 
@@ -85,7 +86,10 @@ def measure(
     Warns
     -----
     ApproximationWarning
-        If the aperture reaches beyond the image.
+        If the aperture reaches beyond the image, or is smaller than a pixel (of the default the notes say so).
+    FluorsparWarning
+        If the places of the points are doubtful: all within one pixel, as in other units than those of the scene, or
+        two at the same place.
 
     Examples
     --------
@@ -118,9 +122,14 @@ def measure(
         aperture = aperture or (Aperture() if scene is not None else Aperture(1.0, "px"))
         pixels, camera_matrix = _seen(image, points, scene, aperture)
         radiance, error, freedom = _means(image, points, pixels, aperture, camera_matrix, component)
+        width = _width(pixels, aperture, camera_matrix)
+        if width and aperture != Aperture():  # what is asked for; the default is said in the notes
+            warnings.warn(f"the aperture is {aperture}{width}", ApproximationWarning, stacklevel=2)
         components = select(component, image.components)
         all_light = components == select(None, image.components)
-        notes = [f"mean under an aperture of {aperture}" + ("" if component is None else f", {component}")]
+        notes = [
+            f"mean under an aperture of {aperture}{width}" + ("" if component is None else f", {component}")
+        ]
         if error_layer(image, component) == ("standard_error", None) and not all_light:
             notes.append(OF_TOTAL)
         lit = all_light or component == "single_bounce"
@@ -145,15 +154,25 @@ def _seen(
     image: SpectralImage, points: tuple[Point, ...], scene: Scene | None, aperture: Aperture
 ) -> tuple[Array, Array | None]:
     """Where the points are in the image, ndarray of shape (P, 2), and the camera's matrix where it is needed."""
-    needs_camera = any(not point.is_pixel for point in points)
-    if scene is None or not (needs_camera or aperture.unit == "deg"):
-        return pixels_of(points, image.size, None), None
-    from fluorspar.scene.camera import camera_of
+    pixels, matrix = pixels_of(points, image.size), None
+    in_scene = [p for p, point in enumerate(points) if not point.is_pixel]
+    if scene is not None and (in_scene or aperture.unit == "deg"):
+        from fluorspar.scene.camera import camera_of
 
-    width, height = image.size
-    scene = scene.with_settings(width=width, height=height)
-    projected = visible_pixels(scene, points) if needs_camera else None
-    return pixels_of(points, image.size, projected), camera_of(scene).matrix
+        width, height = image.size
+        scene = scene.with_settings(width=width, height=height)
+        matrix = camera_of(scene).matrix
+        if in_scene:
+            pixels[in_scene] = visible_pixels(scene, [points[p] for p in in_scene])
+    for doubt in doubts(points, pixels, scene):
+        warnings.warn(doubt, FluorsparWarning, stacklevel=3)
+    return pixels, matrix
+
+
+def _width(pixels: Array, aperture: Aperture, camera_matrix: Array | None) -> str:
+    """The width of an aperture where it is less than a pixel, in words; empty: it is more."""
+    width = 2 * max(radius_in_pixels(pixel, aperture, camera_matrix) for pixel in pixels)
+    return f", {width:.2g} pixels wide: the pixels it touches are measured whole" if width < 0.99 else ""
 
 
 def _means(

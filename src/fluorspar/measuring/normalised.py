@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fluorspar.errors import OptionError, message
 from fluorspar.image.units import is_unit_of_radiance
+from fluorspar.measuring.options import reference_option
 from fluorspar.measuring.point_spectra import PointSpectra
 
 __all__ = ["RANGE", "normalised"]
@@ -40,6 +41,7 @@ def normalised(spectra: PointSpectra, by: str) -> PointSpectra:
     >>> normalised(spectra, "2").radiance[:, 0]
     array([0.5, 1. ])
     """
+    by = reference_option("normalise", by)
     if by == "none":
         return spectra
     if by == "luminance":

@@ -6,7 +6,7 @@ import numpy as np
 
 from fluorspar.errors import OptionError, message
 
-__all__ = ["text_option", "width_option"]
+__all__ = ["reference_option", "text_option", "width_option"]
 
 
 def text_option(name: str, value: str | None) -> str | None:
@@ -25,6 +25,23 @@ def text_option(name: str, value: str | None) -> str | None:
     if value is None or isinstance(value, str):
         return value
     raise OptionError(message(f"{name} is not a name", got=repr(value), expected="a name, as text"))
+
+
+def reference_option(name: str, value: str | None) -> str:
+    """Return what scales are matched by: "none" (or None) and "luminance" in any case, or the name of a point.
+
+    Raises
+    ------
+    OptionError
+        If it is not text.
+
+    Examples
+    --------
+    >>> reference_option("match", "Luminance"), reference_option("match", "P7")
+    ('luminance', 'P7')
+    """
+    text = text_option(name, value) or "none"
+    return text.casefold() if text.casefold() in ("none", "luminance") else text
 
 
 def width_option(name: str, value: float | None) -> float | None:

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.colour.xyz import CIE_1931, luminance
+from fluorspar.colour.observers import observer_named
+from fluorspar.colour.xyz import CIE_1931, luminance, xyz_from_radiance
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.files.names import text_of
 from fluorspar.files.tables import read_table
@@ -110,12 +111,14 @@ class PointSpectra:
             If there is no such point; the message lists those there are.
         """
         if name not in self.names:
+            close = [known for known in self.names if known.lower().strip("p #") == name.lower().strip("p #")]
             raise OptionError(
                 message(
                     "there is no such point",
                     where=self.title or None,
                     got=repr(name),
                     expected=", ".join(self.names),
+                    fix=f"did you mean {' or '.join(close)}?" if close else "",
                 )
             )
         return self.names.index(name)
@@ -134,6 +137,19 @@ class PointSpectra:
         array([72983.])
         """
         return np.atleast_1d(luminance(self.radiance, self.grid, observer))
+
+    def chromaticity(self, observer: str | int = CIE_1931) -> Array:
+        """CIE x and y of each point, ndarray of shape (P, 2); NaN of a black one.
+
+        Examples
+        --------
+        >>> spectra = PointSpectra(("1",), Bands(Wavelengths(360, 830, 5)), np.ones((1, 95)))
+        >>> spectra.chromaticity().round(4)
+        array([[0.3333, 0.3333]])
+        """
+        xyz = xyz_from_radiance(self.radiance, self.grid, observer_named(observer))
+        total = xyz.sum(axis=-1, keepdims=True)
+        return np.asarray(np.divide(xyz[..., :2], total, out=np.full((len(xyz), 2), np.nan), where=total > 0))
 
     def illuminance(self, observer: str = CIE_1931) -> dict[str, float]:
         """Illuminance in lux of the points that are a known matte white: pi L / reflectance.
@@ -199,10 +215,10 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     """Read a table of measured spectra.
 
     Either tidy, one row for each point and wavelength, with the columns `point`, `wavelength`, `radiance` and
-    perhaps `standard_error`; or wide, with the column `wavelength` first and then one column for each point. A
-    comment line `# bandwidth: 10` gives the instrument's FWHM in nm (0: samples), `# unit: W m-2 sr-1 nm-1` the
-    unit (else it is "not stated", and luminances are relative), and `# errors: correlated` says that the errors of
-    the bands are fully correlated, as in a render.
+    perhaps `standard_error` and its degrees of `freedom` (without them the errors count as known); or wide, with the
+    column `wavelength` first and then one column for each point. A comment line `# bandwidth: 10` gives the
+    instrument's FWHM in nm (0: samples), `# unit: W m-2 sr-1 nm-1` the unit (else it is "not stated", and luminances
+    are relative), and `# errors: correlated` says that the errors of the bands are fully correlated, as in a render.
 
     Parameters
     ----------
@@ -237,30 +253,33 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     table = read_table(path, named_rows=True)
     header = [name.lower() for name in table.header]
     if "point" in header:
-        names, wavelengths, radiance, error = tidy_spectra(table)
-    elif header and header[0] in ("wavelength", "wavelength_nm", "wavelength (nm)", "nm"):
+        names, wavelengths, radiance, error, freedom = tidy_spectra(table)
+    elif header and (header[0].startswith("wavelength") or header[0] == "nm"):
         values = table.numbers()
         order = np.argsort(values[:, 0], kind="stable")
         names, wavelengths = tuple(table.header[1:]), values[order, 0]
-        radiance, error = values[order, 1:].T.copy(), None
+        radiance, error, freedom = values[order, 1:].T.copy(), None, None
     else:
         raise SpectrumError(
             message(
                 "the file is not a table of spectra",
                 where=path,
                 got=f"columns {', '.join(table.header)}",
-                expected="point, wavelength, radiance[, standard_error]; or wavelength and a column for each point",
+                expected="point, wavelength, radiance[, standard_error[, freedom]]; or wavelength and a column a point",
             )
         )
     radiance, error, grid = on_even_grid(radiance, error, wavelengths, path)
     bands = Bands(grid, bandwidth_of(table))
     unit = table.keys.get("unit") or NOT_STATED
     correlated = correlated_in(table)
-    return PointSpectra(names, bands, radiance, error, unit, title=text_of(path.name), correlated=correlated)
+    title = text_of(path.name)
+    return PointSpectra(
+        names, bands, radiance, error, unit, title=title, correlated=correlated, freedom=freedom
+    )
 
 
 def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> None:
-    """Write a tidy CSV file: point, wavelength, radiance, standard_error, with the notes as comments.
+    """Write a tidy CSV file: point, wavelength, radiance, standard_error, freedom, with the notes as comments.
 
     Parameters
     ----------
@@ -303,12 +322,19 @@ def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> 
         if spectra.standard_error is None or np.isnan(spectra.standard_error).any()
         else spectra.standard_error
     )
-    writer.writerow(TIDY[:3] if errors is None else TIDY)
+    freedom = (
+        None
+        if errors is None or spectra.freedom is None or np.isinf(spectra.freedom).all()
+        else spectra.freedom
+    )
+    writer.writerow(TIDY[: 3 + (errors is not None) + (freedom is not None)])
     for p, name in enumerate(spectra.names):
         for k, wavelength in enumerate(spectra.grid.values):
             row = [name, f"{wavelength:.10g}", repr(float(spectra.radiance[p, k]))]
             if errors is not None:
                 row.append(repr(float(errors[p, k])))
+            if freedom is not None:
+                row.append(f"{freedom[p]:.6g}")
             writer.writerow(row)
     with replacing(path) as temporary:
         temporary.write_text(stream.getvalue(), encoding="utf-8")

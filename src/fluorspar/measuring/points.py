@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fluorspar.errors import OptionError, message
 from fluorspar.files.tables import read_table
 
-__all__ = ["Point", "pixels_of", "points_of", "read_points"]
+__all__ = ["Point", "inside", "not_in_image", "pixels_of", "places", "points_of", "read_points"]
 
 _COLUMNS = ("point", "x", "y", "z", "white", "note")
 
@@ -67,6 +67,7 @@ class Point:
                     where=f"point {self.name}",
                     got=self.white,
                     expected="a reflectance, 0 to 1",
+                    fix="write per cent as a share: 85 % is 0.85" if number and 1 < self.white <= 100 else "",
                 )
             )
 
@@ -109,20 +110,18 @@ def read_points(path: str | os.PathLike[str]) -> tuple[Point, ...]:
     header = [name.lower() for name in table.header]
     unknown = [name for name in header if name not in _COLUMNS]
     missing = [name for name in _COLUMNS[:3] if name not in header]
-    if unknown or missing or len(set(header)) < len(header):
-        problem = (
-            f"unknown: {', '.join(unknown)}"
-            if unknown
-            else f"missing: {', '.join(missing)}"
-            if missing
-            else "one occurs twice"
-        )
+    twice = sorted({name for name in header if header.count(name) > 1})
+    if unknown or missing or twice:
+        faults = (("unknown", unknown), ("missing", missing), ("twice", twice))
         raise OptionError(
             message(
                 "the columns of a points file are not right",
                 where=path,
-                got=problem,
+                got="; ".join(f"{what}: {', '.join(names)}" for what, names in faults if names),
                 expected="point, x, y[, z][, white][, note]",
+                fix="write the names of the columns above the first point"
+                if len(unknown) == len(header)
+                else "",
             )
         )
     points = []
@@ -171,46 +170,89 @@ def points_of(points: Sequence[Point] | str | os.PathLike[str]) -> tuple[Point, 
     return given
 
 
-def pixels_of(
-    points: tuple[Point, ...], size: tuple[int, int], projected: NDArray[np.float64] | None
-) -> NDArray[np.float64]:
-    """Where points appear, in continuous image coordinates: (0.5, 0.5) is the centre of the first pixel.
+def pixels_of(points: tuple[Point, ...], size: tuple[int, int]) -> NDArray[np.float64]:
+    """Where points that are pixels lie, in continuous image coordinates: (0.5, 0.5) is the centre of the first pixel.
 
     Parameters
     ----------
     points : tuple of Point
     size : (int, int)
         Width and height of the image.
-    projected : ndarray of shape (P, 2) or None
-        Where the camera sees those that are positions; None if none is.
 
     Returns
     -------
     ndarray of shape (P, 2)
+        NaN for points that are positions.
 
     Raises
     ------
     OptionError
-        If a point lies outside the image, or behind the camera.
+        If a point lies outside the image.
 
     Examples
     --------
-    >>> pixels_of((Point("1", (3, 4)),), (10, 10), None)
-    array([[3.5, 4.5]])
+    >>> pixels_of((Point("1", (3, 4)), Point("2", (186, 165, 168))), (10, 10))
+    array([[3.5, 4.5],
+           [nan, nan]])
     """
-    pixels = np.empty((len(points), 2))
-    for row, point in enumerate(points):
-        pixels[row] = (
-            np.array(point.position) + 0.5 if point.is_pixel or projected is None else projected[row]
-        )
-        x, y = pixels[row]
-        if not (0 <= x < size[0] and 0 <= y < size[1]):
-            raise OptionError(
-                message(
-                    "a point is outside the image" if np.isfinite(x) else "a point is behind the camera",
-                    where=f"point {point.name} at {', '.join(f'{c:g}' for c in point.position)}",
-                    got=f"pixel ({x - 0.5:.1f}, {y - 0.5:.1f})",
-                    expected=f"x from 0 to {size[0] - 1}, y from 0 to {size[1] - 1}",
-                )
-            )
+    pixels = np.array([point.position if point.is_pixel else (np.nan, np.nan) for point in points]) + 0.5
+    given = np.flatnonzero(~np.isnan(pixels[:, 0]))
+    outside = given[~inside(pixels[given], size)]
+    if outside.size:
+        fix = ""
+        if inside(pixels[given][:, ::-1], size).all():
+            fix = "exchange x and y: x is the column from the left, y the row from the top"
+        elif inside(pixels[given] - 1, size).all():
+            fix = "count from 0: the first pixel is 0, 0"
+        raise not_in_image([points[p] for p in outside], pixels[outside[0]], size, fix)
     return pixels
+
+
+def inside(pixels: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Whether image points (..., 2) are in an image of some width and height; NaN is not.
+
+    Examples
+    --------
+    >>> inside(np.array([[0.5, 0.5], [10.0, 3.0]]), (10, 10))
+    array([ True, False])
+    """
+    return np.asarray(((pixels >= 0) & (pixels < size)).all(axis=-1))
+
+
+def not_in_image(
+    points: Sequence[Point], pixel: NDArray[np.float64], size: tuple[int, int], fix: str
+) -> OptionError:
+    """The error that some points are not in the image; `pixel` is where the first of them is, NaN: behind the camera.
+
+    Examples
+    --------
+    >>> raise not_in_image([Point("1", (12, 4)), Point("2", (3, 40))], np.array([12.5, 4.5]), (10, 10), "")
+    Traceback (most recent call last):
+    ...
+    fluorspar.errors.OptionError: a point is outside the image
+      where:    point 1 at 12, 4, and 1 other
+      got:      pixel (12.0, 4.0)
+      expected: x from 0 to 9, y from 0 to 9
+    """
+    return OptionError(
+        message(
+            "a point is outside the image" if np.isfinite(pixel[0]) else "a point is behind the camera",
+            where=places(points),
+            got=f"pixel ({pixel[0] - 0.5:.1f}, {pixel[1] - 0.5:.1f})",
+            expected=f"x from 0 to {size[0] - 1}, y from 0 to {size[1] - 1}",
+            fix=fix,
+        )
+    )
+
+
+def places(points: Sequence[Point]) -> str:
+    """Name the first of some points with its place, and say how many there are.
+
+    Examples
+    --------
+    >>> places([Point("1", (12, 4)), Point("2", (3, 40))])
+    'point 1 at 12, 4, and 1 other'
+    """
+    first, *others = points
+    more = f", and {len(others)} other{'s' if len(others) > 1 else ''}" if others else ""
+    return f"point {first.name} at {', '.join(f'{c:g}' for c in first.position)}{more}"

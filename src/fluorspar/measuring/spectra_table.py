@@ -16,13 +16,14 @@ __all__ = ["TIDY", "bandwidth_of", "correlated_in", "on_even_grid", "tidy_spectr
 
 Array = NDArray[np.float64]
 
-TIDY = ("point", "wavelength", "radiance", "standard_error")
-"""The columns of a tidy table; the last may be missing."""
+TIDY = ("point", "wavelength", "radiance", "standard_error", "freedom")
+"""The columns of a tidy table; the last two may be missing."""
 # of the longest step: shorter ones are gaps in a list, not an instrument's dispersion or rounding
 _UNEVEN = 0.7
+_SHORTEST = 100.0  # nm
 
 
-def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | None]:
+def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | None, Array | None]:
     """Sort a tidy table.
 
     Parameters
@@ -38,12 +39,15 @@ def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | N
         Ascending.
     radiance : ndarray of shape (P, N)
     standard_error : ndarray of shape (P, N) or None
+    freedom : ndarray of shape (P,) or None
+        Degrees of freedom of the standard errors of each point, the least of its rows.
 
     Raises
     ------
     SpectrumError
         If a column is unknown or occurs twice, a cell is not a number, a point has no name, has a wavelength twice
-        or lacks one that others have, or a standard error is negative or not finite.
+        or lacks one that others have, a standard error is negative or not finite, or a number of degrees of freedom
+        is not positive.
 
     Examples
     --------
@@ -53,13 +57,14 @@ def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | N
     """
     header = [name.lower() for name in table.header]
     unknown = [name for name in header if name not in TIDY]
-    missing = [name for name in TIDY[:3] if name not in header]
+    missing = [name for name in TIDY[: 4 if "freedom" in header else 3] if name not in header]
     twice = sorted({name for name in header if header.count(name) > 1})
     if unknown or missing or twice:
         faults = (("unknown", unknown), ("missing", missing), ("twice", twice))
         got = "; ".join(f"{what}: {', '.join(names)}" for what, names in faults if names)
         fault, expected = "the columns of a table of spectra are not right", ", ".join(TIDY)
-        raise SpectrumError(message(fault, where=table.where, got=got, expected=expected))
+        fix = "this is a points file: give it as such (--points)" if {"x", "y"} <= set(header) else ""
+        raise SpectrumError(message(fault, where=table.where, got=got, expected=expected, fix=fix))
     column = {name: header.index(name) for name in header}
     fields = [name for name in TIDY[1:] if name in column]
     at: dict[str, dict[float, list[float]]] = {}
@@ -78,10 +83,21 @@ def tidy_spectra(table: Table) -> tuple[tuple[str, ...], Array, Array, Array | N
         of_point[wavelength] = numbers
     wavelengths = _common_wavelengths(at, table.where)
     values = np.array([[of_point[wavelength] for wavelength in wavelengths] for of_point in at.values()])
-    error = values[..., 1] if len(fields) == 3 else None
+    error = values[..., 1] if "standard_error" in fields else None
     if error is not None:
         _check_errors(error, tuple(at), wavelengths, table.where)
-    return tuple(at), np.array(wavelengths), values[..., 0], error
+    freedom = values[..., 2].min(axis=1) if "freedom" in fields else None
+    if freedom is not None and not (freedom > 0).all():
+        point = int(np.argmin(freedom > 0))
+        where, got, expected = (
+            f"{table.where}, point {tuple(at)[point]}",
+            freedom[point],
+            "a positive number, or inf",
+        )
+        raise SpectrumError(
+            message("degrees of freedom are impossible", where=where, got=got, expected=expected)
+        )
+    return tuple(at), np.array(wavelengths), values[..., 0], error, freedom
 
 
 def _common_wavelengths(at: dict[str, dict[float, list[float]]], where: Path) -> list[float]:
@@ -133,7 +149,7 @@ def on_even_grid(
     Raises
     ------
     SpectrumError
-        If the wavelengths do not ascend, or steps differ by more than 30 %.
+        If the wavelengths do not ascend, are none of light, or steps differ by more than 30 %.
 
     Warns
     -----
@@ -146,6 +162,10 @@ def on_even_grid(
     >>> print(on_even_grid(np.ones((1, 4)), None, at, Path("a.csv"))[2])
     400-410 nm by 3.33333
     """
+    if wavelengths.max() < _SHORTEST:
+        span = f"{wavelengths.min():g} to {wavelengths.max():g} nm"
+        fault, fix = "the wavelengths are too short for light", "write them in nm: micrometres times 1000"
+        raise SpectrumError(message(fault, where=where, got=span, fix=fix))
     steps = np.diff(wavelengths)
     if len(steps) and steps.min() > 0 and steps.min() < _UNEVEN * steps.max():
         short, long = int(steps.argmin()), int(steps.argmax())

@@ -10,6 +10,7 @@ from typing import Any
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparError, SceneNotice
+from fluorspar.notebook import facts_table
 from fluorspar.scene.kept_nodes import KeptNodes
 from fluorspar.scene.lights import Light
 from fluorspar.scene.lobes.lobe import Lobes
@@ -53,14 +54,24 @@ class Scene:
     lobes: Lobes | None = None
 
     def __repr__(self) -> str:
+        return "\n".join([f"<{self._title}>", *(f"  {kind:<8} {text}" for kind, text in self._parts())])
+
+    def _repr_html_(self) -> str:
+        return facts_table(self._title, self._parts())
+
+    @property
+    def _title(self) -> str:
         s = self.settings
         depths = f"max_depth {s.max_depth}, rr_depth {s.rr_depth}"
-        lines = [f"<Scene '{self.name}': {s.width} x {s.height} pixels, {s.spp} samples, {depths}>"]
-        lines += [f"  light    {light.name}: {light.plugin}, {light.unit}" for light in self.lights]
+        return f"Scene '{self.name}': {s.width} x {s.height} pixels, {s.spp} samples, {depths}"
+
+    def _parts(self) -> list[tuple[str, str]]:
+        """Its lights and materials in words."""
+        parts = [("light", f"{light.name}: {light.plugin}, {light.unit}") for light in self.lights]
         for row, material in enumerate(self.materials):
             kind = " (fluorescent)" if material.fluorescent else ""
-            lines.append(f"  material {material.name}{kind}: on {self._names_with(row)}")
-        return "\n".join(lines)
+            parts.append(("material", f"{material.name}{kind}: on {self._names_with(row)}"))
+        return parts
 
     @property
     def name(self) -> str:

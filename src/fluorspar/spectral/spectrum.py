@@ -16,6 +16,7 @@ from fluorspar.errors import ExtrapolationWarning, SpectrumError, message
 from fluorspar.files import tables
 from fluorspar.files.curves import Role, read_curve
 from fluorspar.files.names import file_and_column
+from fluorspar.notebook import curve, facts_table
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [
@@ -100,6 +101,10 @@ class Spectrum:
         least, most = int(v.argmin()), int(v.argmax())
         extremes = f"from {v[least]:.3g} at {w[least]:g} nm to {v[most]:.3g} at {w[most]:g} nm"
         return f"{w[0]:g}-{w[-1]:g} nm, " + (f"{v[0]:.3g} everywhere" if v[least] == v[most] else extremes)
+
+    def _repr_html_(self) -> str:
+        at = (0.0, 1.0) if self.is_constant else self.wavelengths
+        return facts_table(self.title, [("", str(self)), ("assumed", self.assumed)], curve(at, self.values))
 
     @classmethod
     def constant(cls, value: float, name: str = "", assumed: str = "") -> Spectrum:

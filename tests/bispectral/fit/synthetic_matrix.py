@@ -51,8 +51,8 @@ def random_sample(rank: int, seed: int) -> Truth:
     peaks[3] = ((390.0, 530.0), (440.0, 585.0), (490.0, 640.0))
     alpha, beta = np.zeros((rank, len(EMISSION))), np.zeros((rank, len(EXCITATION)))
     for k, (excited, emitted) in enumerate(peaks[rank]):
-        alpha[k] = rng.uniform(0.3, 0.45) * _bump(EMISSION, emitted + rng.uniform(-8, 8), rng.uniform(18, 28))
-        beta[k] = _bump(EXCITATION, excited + rng.uniform(-8, 8), rng.uniform(20, 30))
+        alpha[k] = rng.uniform(0.3, 0.45) * bump(EMISSION, emitted + rng.uniform(-8, 8), rng.uniform(18, 28))
+        beta[k] = bump(EXCITATION, excited + rng.uniform(-8, 8), rng.uniform(20, 30))
         beta[k] /= trapezoid(beta[k], EXCITATION)
     reflectance = 0.1 + 0.4 / (1 + np.exp(-(EMISSION - rng.uniform(480, 600)) / 20))
     photons = 10 * EMISSION @ (alpha.T @ beta * (SHIFT > 0)) / EXCITATION
@@ -60,5 +60,6 @@ def random_sample(rank: int, seed: int) -> Truth:
     return Truth(reflectance, alpha / max(1.0, most), beta)
 
 
-def _bump(w: Array, peak: float, width: float) -> Array:
+def bump(w: Array, peak: float | Array, width: float) -> Array:
+    """A Gaussian of height 1."""
     return np.exp(-0.5 * ((w - peak) / width) ** 2)

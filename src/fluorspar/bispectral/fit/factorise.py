@@ -25,6 +25,7 @@ _TURNS = 200
 _SETTLED = 1e-5  # relative change of the misfit
 _RIDGE = 1e-3  # of the weight the best-known number has: what no cell says anything about becomes 0
 _DEEP = 0.15  # of the highest value: a minimum that separates two lobes
+_FAINT = 0.05  # of the brightest row: a dye hardly emits there
 _ROUNDS = 10  # of the search for the weight of the curvature: a factor of 10 / 2**10 decades
 
 
@@ -140,9 +141,13 @@ class Problem:
         misfit, baseline = self._misfit(np.zeros((m, p)))
         return Factors(*zero, baseline, misfit, *everywhere)
 
-    def grow(self, factors: Factors) -> Factors:
-        """Return the best fit with one term more, started from `factors` and the strongest pattern they leave."""
-        left = np.where(self.lit, self.cells - factors.baseline - factors.product, 0.0)
+    def grow(self, factors: Factors, rows: NDArray[np.bool_] | None = None) -> Factors:
+        """Return the best fit with one term more, started from `factors` and the strongest pattern they leave.
+
+        The new term emits only in `rows`, of shape (M,), if they are given.
+        """
+        rows = np.ones(len(self.cells), bool) if rows is None else rows
+        left = np.where(self.lit, self.cells - factors.baseline - factors.product, 0.0) * rows[:, np.newaxis]
         u, s, vt = np.linalg.svd(np.maximum(left, 0.0))
         a, b = np.abs(u[:, 0]) * np.sqrt(s[0]), np.abs(vt[0]) * np.sqrt(s[0])
         return self.fit(
@@ -150,7 +155,7 @@ class Problem:
                 factors,
                 emission=np.vstack([factors.emission, a]),
                 excitation=np.vstack([factors.excitation, b]),
-                open_emission=np.vstack([factors.open_emission, np.ones((1, len(a)), bool)]),
+                open_emission=np.vstack([factors.open_emission, rows]),
                 open_excitation=np.vstack([factors.open_excitation, np.ones((1, len(b)), bool)]),
             )
         )
@@ -175,9 +180,14 @@ class Problem:
             before = cost
             misfit, baseline = self._misfit(a.T @ b)
             cost = misfit + curvature * 2 * float(bent_a @ bent_b)
-            if before - cost < _SETTLED * cost:
+            if before - cost <= _SETTLED * cost:
                 break
         return replace(start, emission=a, excitation=b, baseline=baseline, misfit=misfit)
+
+    def bluer_rows(self, factors: Factors) -> NDArray[np.bool_]:
+        """Return which rows lie at shorter wavelengths than all that factors emit, shape (M,)."""
+        brightest = np.max(factors.product * self.lit, axis=1)
+        return np.asarray(np.cumsum(brightest > _FAINT * brightest.max(initial=0.0)) == 0)
 
     def prune(self, factors: Factors, least: float) -> Factors:
         """Close side lobes of the spectra that are noise of single rows or columns, the weakest first.
@@ -242,15 +252,23 @@ class Problem:
         right = np.einsum("km,mp->kp", a, self._pull)
         return normal, right + np.einsum("ckp,c->kp", sums, self._targets)
 
+    def misfit_of_columns(self, factors: Factors) -> Array:
+        """Return the misfit of every excitation wavelength, ndarray of shape (P,), without the sums."""
+        return self._columns(factors.product)[0]
+
     def _misfit(self, product: Array) -> tuple[float, Array]:
         """Return the misfit of a product (M, P) and the baseline (M, P) that goes with it."""
+        columns, baseline = self._columns(product)
         model = np.where(self.lit, product, 0.0)
-        left = self.cells - model
+        sums = np.sum((np.einsum("cmp,mp->c", self._sums, model) - self._targets) ** 2)
+        return float(columns.sum() + sums), baseline
+
+    def _columns(self, product: Array) -> tuple[Array, Array]:
+        left = self.cells - np.where(self.lit, product, 0.0)
         strength = np.einsum("pab,bm,mp->pa", self._solver, self._shapes, self.weight * left)
         baseline = (strength @ self._shapes).T
-        misfit = np.sum(self.weight * (left - baseline) ** 2) + np.sum(strength**2 * self._stiffness)
-        misfit += np.sum((np.einsum("cmp,mp->c", self._sums, model) - self._targets) ** 2)
-        return float(misfit), baseline
+        misfit = np.sum(self.weight * (left - baseline) ** 2, axis=0) + strength**2 @ self._stiffness
+        return misfit, baseline
 
 
 def _solve(normal: Array, right: Array, penalty: Array, is_open: NDArray[np.bool_]) -> Array:

@@ -36,13 +36,13 @@ class MaterialFit:
     ----------
     material : Material
     measured : MeasuredMatrix
-        What it was fitted to: the measurement, less the baseline that all its columns have in common
-        (`noise.common`; nearly always 0).
+        What it was fitted to: the measurement, less its zero error (`noise.common`; nearly always 0).
     noise : MatrixNoise
     gains : tuple of float
         By how much the first, second, ... term lowered the misfit.
     noise_gain : float
-        By how much a term lowers it above the diagonal, where there is only noise.
+        By how much a term lowers it above the diagonal, where there is only noise; at least by one for each of its
+        numbers.
     unexplained : float
         Root-mean-square residual of the luminescent part over its root mean square, baselines taken out of
         both.
@@ -126,9 +126,8 @@ def fit_material(
     _check_request(measured, rank, support)
     shift = stokes_shift(measured.emission, measured.excitation, measured.step)
     noise = estimate_noise(measured.cells, shift)
-    if any(noise.common):
-        baseline = noise.common_baseline(len(measured.emission))
-        measured = replace(measured, cells=measured.cells - baseline[:, np.newaxis])
+    if noise.common:
+        measured = replace(measured, cells=measured.cells - noise.common)
     choice = choose_rank(measured, noise, rank)
     sums = _daylight_sums(measured)
     tolerance = _TOLERANCE * noise.white * float(np.sqrt(np.max(np.sum(sums**2, axis=(1, 2)))))

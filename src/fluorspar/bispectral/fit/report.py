@@ -18,9 +18,12 @@ from fluorspar.errors import ExtrapolationWarning
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["FitReport", "fit_quality", "report_fit", "report_lights"]
+__all__ = ["POOR", "FitReport", "fit_quality", "report_fit", "report_lights"]
 
 Array = NDArray[np.float64]
+
+POOR = 1.0
+"""CIEDE2000 above which a fit does not show the measured colour: most people see that much side by side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +55,14 @@ class FitReport:
     energy_yield: Array
     measured_photon_yield: Array
     measured_energy_yield: Array
+
+    @property
+    def shortcoming(self) -> str:
+        """Where the colour difference is above `POOR`, in words; empty if nowhere."""
+        worst = max(self.delta_e, key=lambda light: self.delta_e[light])
+        if self.delta_e[worst] <= POOR:
+            return ""
+        return f"the measured colour is missed by {self.delta_e[worst]:.2f} of CIEDE2000 under {worst}"
 
 
 def report_fit(measured: MeasuredMatrix, material: Material, step: float | None = None) -> FitReport:
@@ -87,10 +98,7 @@ def report_fit(measured: MeasuredMatrix, material: Material, step: float | None 
     >>> report.delta_e["D65"] < 0.2, bool(report.photon_yield.max() < 1)
     (True, True)
     """
-    h = measured.step if step is None else step
-    first = min(measured.excitation[0], measured.emission[0])
-    last = max(measured.excitation[-1], measured.emission[-1])
-    grid = Wavelengths(float(first), float(first + h * np.floor((last - first) / h + 1e-6)), h)
+    grid = measured.grid(step)
     with warnings.catch_warnings():  # both sides assume the same outside the data
         warnings.simplefilter("ignore", ExtrapolationWarning)
         full = measured.on(grid)
@@ -165,18 +173,26 @@ def fit_quality(fit: MaterialFit, coarse: FitReport, fine: FitReport) -> str:
     >>> w = np.arange(400.0, 701.0, 10.0)
     >>> cells = 0.3 * np.eye(31) + np.random.default_rng(1).normal(0, 0.003, (31, 31))
     >>> fit = fit_material(MeasuredMatrix(w, w, cells, "grey"))
-    >>> fit_quality(fit, report_fit(fit.measured, fit.material), report_fit(fit.measured, fit.material, 5.0))
-    'not fluorescent: no luminescence beyond the noise of 0.0030 per cell'
+    >>> coarse, fine = (report_fit(fit.measured, fit.material, step) for step in (10.0, 5.0))
+    >>> print(fit_quality(fit, coarse, fine).partition(";")[0])
+    not fluorescent: no luminescence beyond the noise of 0.0030 per cell
     """
-    if fit.rank == 0:
-        return f"not fluorescent: no luminescence beyond the noise of {fit.noise.white:.4f} per cell"
     colours = ", ".join(f"{light} {value:.2f}" for light, value in coarse.delta_e.items())
     all_cells = ", ".join(f"{light} {coarse.delta_e_all_cells[light]:.2f}" for light in ("D65", "A", "FL11"))
+    found = f"rank {fit.rank}"
+    if fit.rank == 0:
+        found = f"not fluorescent: no luminescence beyond the noise of {fit.noise.white:.4f} per cell"
     words = (
-        f"rank {fit.rank}; CIEDE2000 to the measurement: {colours}; "
-        f"under D65 at {fine.grid.step:g} nm {fine.delta_e['D65']:.2f}, "
-        f"with the cells above the diagonal {all_cells}; "
-        f"noise {fit.noise.white:.4f} per cell, luminescent part unexplained {100 * fit.unexplained:.0f} %; "
+        f"{found}; CIEDE2000 to the measurement: {colours}, counting its diagonal and what is below; "
+        f"under D65 at {fine.grid.step:g} nm {fine.delta_e['D65']:.2f}; "
+        f"to all cells, with those above the diagonal {all_cells}"
+    )
+    if coarse.shortcoming:
+        words += f"; {coarse.shortcoming}"
+    if fit.rank == 0:
+        return words
+    words += (
+        f"; noise {fit.noise.white:.4f} per cell, luminescent part unexplained {100 * fit.unexplained:.0f} %; "
         f"highest photon yield {coarse.photon_yield.max():.2f}"
     )
     if fit.scaled < 1:

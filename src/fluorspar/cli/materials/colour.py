@@ -49,8 +49,8 @@ def colour(
     observer: Annotated[
         str,
         typer.Option(
-            metavar="2|10|NAME",
-            help="Standard observer: CIE 1931 (2) or CIE 1964 (10 degrees), or its full name.",
+            metavar="2|10|2-2015|10-2015",
+            help="Standard observer: CIE 1931 (2), CIE 1964 (10 degrees) or those of CIE 2015, or its full name.",
         ),
     ] = "2",
     wavelengths: Annotated[
@@ -60,6 +60,19 @@ def colour(
             help="Wavelength grid in nm. [default: 300:780:5, or as fine as the lamp]",
         ),
     ] = None,
+    plain_srgb: Annotated[
+        bool,
+        typer.Option(
+            "--plain-srgb",
+            help="sRGB of XYZ as it is: eye not adapted to the lamp, nothing fitted into sRGB.",
+        ),
+    ] = False,
+    stokes_side: Annotated[
+        bool,
+        typer.Option(
+            "--stokes-side", help="Leave out the cells of a measured matrix above its diagonal: noise."
+        ),
+    ] = False,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE.csv", help="Write the radiance factors to this file."),
@@ -86,6 +99,8 @@ def colour(
     grid = Wavelengths.parse(wavelengths) if wavelengths else None
     seen_by = observer_named(observer, "--observer")
     sample = material(name, library or [])
+    if stokes_side:
+        sample = sample.stokes_side()
     if condition is None:
         lamp = light_named(illuminant or "D65")
         shown = colour_under_lamp(sample, lamp, uv_cut=uv_cut, observer=seen_by, wavelengths=grid)
@@ -94,7 +109,7 @@ def colour(
     else:
         fault, fix = "a measurement condition has a lamp of its own", "leave --illuminant and --uv-cut out"
         raise OptionError(message(fault, where="--condition", got=condition, fix=fix))
-    _print(shown, sample.name)
+    _print(shown, sample.name, plain_srgb)
     if output is not None:
         _write(shown, output)
     if plot is not None:
@@ -103,11 +118,11 @@ def colour(
         write_plot(lamp_figure(shown, sample.name), plot)
 
 
-def _print(shown: LampColour, name: str) -> None:
+def _print(shown: LampColour, name: str, plain_srgb: bool) -> None:
     def line(label: str, text: str) -> None:
         console.out.print(f"  {label + ':':<18}{text}", markup=False, highlight=False)
 
-    console.out.print(f"{swatch(shown.srgb)} ", end="")
+    console.out.print(f"{swatch(shown.plain_srgb.clip(0, 1) if plain_srgb else shown.srgb)} ", end="")
     console.out.print(name, markup=False, highlight=False)
     line("light", shown.lamp)
     line("observer", shown.observer)
@@ -118,13 +133,24 @@ def _print(shown: LampColour, name: str) -> None:
         line(label, f"XYZ {_three(xyz, 2)}   L*a*b* {_three(lab, 2)}")
     share = f"{100 * shown.luminescent_share:.1f} % of the luminance"
     line("luminescent part", f"XYZ {_three(shown.xyz_luminescent, 2)}   {share}")
-    fits = "" if shown.in_gamut else ", dimmed or desaturated to fit into sRGB"
-    line("sRGB", f"{hexadecimal(shown.srgb)}, eye adapted to the light{fits}")
+    line("sRGB", _plain_in_words(shown) if plain_srgb else _srgb_in_words(shown))
     white = shown.whiteness
     if white.valid:
         line("CIE whiteness", f"{white.whiteness:.1f}, tint {white.tint:.1f}")
     else:
         line("CIE whiteness", f"not defined: {'; '.join(white.outside)}")
+
+
+def _srgb_in_words(shown: LampColour) -> str:
+    fits = "" if shown.in_gamut else ", dimmed or desaturated to fit into sRGB"
+    return f"{hexadecimal(shown.srgb)}, eye adapted to the light{fits}"
+
+
+def _plain_in_words(shown: LampColour) -> str:
+    rgb = shown.plain_srgb
+    numbers = " ".join(str(round(255 * float(value))) for value in rgb)
+    cut = ", out of range: #... is clipped to 0-255" if rgb.min() < 0 or rgb.max() > 1 else ""
+    return f"{hexadecimal(rgb.clip(0, 1))}, {numbers}, of XYZ as it is{cut}"
 
 
 def _three(values: object, digits: int) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.cli import console
-from fluorspar.cli.targets import FIGURES
+from fluorspar.figures.style import FORMATS, write_figure
 from fluorspar.files.writing import replacing
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ MaterialArgument: TypeAlias = Annotated[
     ),
 ]
 PlotOption: TypeAlias = Annotated[
-    Path | None, typer.Option(metavar="FILE", help=f"Draw a figure into this file ({', '.join(FIGURES)}).")
+    Path | None, typer.Option(metavar="FILE", help=f"Draw a figure into this file ({', '.join(FORMATS)}).")
 ]
 
 
@@ -86,9 +86,5 @@ def write_plot(figure: Figure, path: Path) -> None:
     ImageError
         If the file cannot be written.
     """
-    # without date and version, so that equal figures are equal files
-    metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-    kind = path.suffix.lower()
-    with replacing(path) as temporary:
-        figure.savefig(temporary, format=kind[1:], dpi=200, metadata=metadata[kind])
+    write_figure(figure, path)
     console.out.print(f"wrote {path}", markup=False, highlight=False)

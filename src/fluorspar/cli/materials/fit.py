@@ -79,6 +79,11 @@ def fit(
         steps = (measured.step, measured.step / 2)
         coarse, fine = (report_fit(result.measured, written, step) for step in steps)
     quality = fit_quality(result, coarse, fine)
+    if coarse.shortcoming:
+        text = (
+            f"'{written.name}': {coarse.shortcoming}; see `fluorspar materials inspect {file}`, or try --rank"
+        )
+        warnings.warn(text, ApproximationWarning, stacklevel=2)
     if result.rank and not written.fluorophores:
         quality = f"the luminescence of the measurement lies outside {grid}"
     _warn_of_range(result.material, measured, grid)

@@ -74,6 +74,8 @@ def inspect(
         colours = _colours(sample, best.fit.material)  # before anything is printed: it may find faults
         _describe(measured, path, best.fit)
         console.out.print(_qualities(fits))
+        if best.coarse.shortcoming:
+            _line("shortcoming", best.coarse.shortcoming)
     console.out.print(colours)
     if yields is not None:
         _write_yields(yields, sample, None if best is None else best.coarse)
@@ -143,12 +145,8 @@ def _describe(measured: MeasuredMatrix, path: Path, fit: MaterialFit) -> None:
         "noise",
         f"{noise.white:.4f} per cell, {noise.near:.4f} beside the diagonal, {noise.offset:.4f} per column",
     )
-    if any(noise.common):
-        offset, tilt = noise.common
-        _line(
-            "zero error",
-            f"{offset:.4f}, tilted by {tilt:.4f}, in all columns; taken off",
-        )
+    if noise.common:
+        _line("zero error", f"{noise.common:.4f} in all cells; taken off")
     _line(
         "fluorophores",
         f"{fit.rank}, as the data call for" if fit.rank else "none: no luminescence beyond noise",
@@ -170,7 +168,7 @@ def _qualities(fits: list[_Fit]) -> Table:
         mark = f"{fit.rank} chosen" if asked is None else f"{asked}"
         table.add_row(mark, *(f"{value:.2f}" for value in differences), f"{100 * fit.unexplained:.0f} %")
     every = fits[0].coarse.delta_e_all_cells
-    table.add_row("all cells", *(f"{every[light]:.2f}" for light in lights))
+    table.add_row(f"{fits[0].fit.rank}, all cells", *(f"{every[light]:.2f}" for light in lights))
     return table
 
 
@@ -219,12 +217,16 @@ def _colours(sample: Material, fitted: Material | None = None) -> Table:
     from fluorspar.bispectral.lamp_colour import colour_under_lamp
     from fluorspar.errors import ExtrapolationWarning
 
-    # a measured matrix shows the colour of all its cells, those above the diagonal included
     table = Table("", "light", "L*", "a*", "b*", "sRGB", "lumin.", box=None, pad_edge=False)
     for column in table.columns[2:5]:
         column.justify = "right"
     if fitted is not None:
         table.add_column("fit L* a* b*")
+        table.title, table.title_justify, table.title_style = (
+            "Colours of all measured cells, and of the fit",
+            "left",
+            "",
+        )
     for lamp, cut in _LIGHTS:
         with warnings.catch_warnings():  # said once, in words, above
             warnings.simplefilter("ignore", ExtrapolationWarning)
