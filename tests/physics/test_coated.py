@@ -12,6 +12,7 @@ from fluorspar.scene.variants import use_variant
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
+EVEN = {"type": "spectrum", "value": 1.0}
 GRID = Wavelengths(400, 700, 10)
 
 

@@ -331,7 +331,6 @@ class SpectralImage:
 
         observer = observer_named(observer)
         xyz = xyz_of(self.dataset, select(component, self.components), observer)
-        observer = observer_named(observer)
         units = "cd m-2" if observer == CIE_1931 and is_radiance(self.dataset.attrs) else "relative"
         return _labelled(xyz, "tristimulus", ["X", "Y", "Z"], f"tristimulus values, {observer}", units)
 

@@ -26,8 +26,8 @@ class Log(NamedTuple):
     `goes_on[l]`, and so on; slots count like lanes.
 
     In scenes of general surfaces a vertex has several terms, lobes of its BSDF with a spectrum each; `row`, `direct`
-    and `weight` are then of shape (terms, entries, BLOCK), with the coefficients of the lobe in `direct` and `weight`, and
-    the path ends where all weights are 0.
+    and `weight` are then of shape (terms, entries, BLOCK), with the coefficients of the lobe in `direct` and `weight`,
+    and the path ends where all weights are 0.
 
     Attributes
     ----------

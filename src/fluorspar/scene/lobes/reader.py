@@ -102,7 +102,8 @@ class LobeReader:
     state : mitsuba.parser.ParserState
         Parsed scene; the variant set is `scalar_spectral`.
     read_material : callable
-        Makes the material of a node that is matte and of one spectrum: takes nodes, its number, and that of a shape that it is on.
+        Makes the material of a node that is matte and of one spectrum: takes nodes, its number, and that of a shape
+        that it is on.
     overrides : mapping of str to Material
         Materials from outside, by shape or BSDF id.
     """
