@@ -178,7 +178,7 @@ def render(
     if timings:
         print_timings(image)
     if image.attrs.get("partial"):
-        raise typer.Exit(130)
+        raise typer.Exit(130)  # `main` says 143 after SIGTERM
 
 
 render.__doc__ = f"{render.__doc__}\n\n{_EXAMPLES}"

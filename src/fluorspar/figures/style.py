@@ -28,6 +28,7 @@ _STYLE = {
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.2,
     "figure.dpi": 100.0,
+    "text.parse_math": False,  # names may hold dollar signs
 }
 
 

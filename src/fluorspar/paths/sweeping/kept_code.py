@@ -42,7 +42,9 @@ class _Cache(FunctionCache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             code = super().load_overload(sig, target_context)
-        except Exception as err:  # what `pickle` raises for a file that is empty, cut off or of other bytes: anything
+        except (
+            Exception
+        ) as err:  # what `pickle` raises for a file that is empty, cut off or of other bytes: anything
             code = None
             self._warn("is damaged", err, "; it is made anew")
             self._attempt(self.flush)
