@@ -85,9 +85,12 @@ def _options(
     ] = False,
     verbose: Annotated[
         bool,
-        typer.Option("--verbose", "-v", help="Print all warnings: those alike, and those of libraries."),
+        typer.Option(
+            "--verbose", "-v", help="Print stages with their times, and all warnings, however alike."
+        ),
     ] = False,
 ) -> None:
+    logging.getLogger("fluorspar").setLevel(logging.INFO if verbose else logging.WARNING)
     warnings.showwarning = ShownWarnings(everything=verbose)
 
 
@@ -97,8 +100,7 @@ def main() -> None:
     Errors that a user can mend end with a message and exit code 2, others with a traceback and 70.
     """
     warnings.simplefilter("always", FluorsparWarning)
-    logging.basicConfig(handlers=[_Notes()], level=logging.WARNING, format="%(message)s")
-    logging.getLogger("fluorspar").setLevel(logging.INFO)
+    logging.basicConfig(handlers=[_Notes()], level=logging.WARNING)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # names of files may be any bytes
@@ -112,10 +114,11 @@ def main() -> None:
 
 
 class _Notes(logging.Handler):
-    """Prints what is logged."""
+    """Prints what is logged; of what only `-v` prints, when it was, in seconds since the start."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        console.note(self.format(record))
+        at = f"{record.relativeCreated / 1000:.1f} s: " if record.levelno < logging.WARNING else ""
+        console.note(at + record.getMessage())
 
 
 def _run(signals: Signals) -> int:

@@ -64,15 +64,18 @@ class Signals(AbstractContextManager["Signals"]):
         self.number = number
         while frame is not None:
             if frame.f_code.co_filename.startswith("<frozen importlib"):
-                later = threading.Timer(_AGAIN, _thread.interrupt_main, (number,))
-                later.daemon = True
-                later.start()
+                self._again()
                 return
             frame = frame.f_back
         raise KeyboardInterrupt
 
     def _lost(self, unraisable: sys.UnraisableHookArgs) -> None:
         if isinstance(unraisable.exc_value, KeyboardInterrupt):
-            _thread.interrupt_main(self.number or signal.SIGINT)
+            self._again()
         else:
             self._hook(unraisable)
+
+    def _again(self) -> None:
+        later = threading.Timer(_AGAIN, _thread.interrupt_main, (self.number or signal.SIGINT,))
+        later.daemon = True
+        later.start()

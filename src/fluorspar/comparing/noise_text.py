@@ -15,7 +15,7 @@ def share_text(noise: NoiseVerdict) -> str:
     """The share of the squared difference that noise explains, in words; never more than all of it."""
     if not np.isfinite(noise.share):
         return "no difference"
-    if noise.doubt and not noise.one_sided:
+    if (noise.doubt and not noise.one_sided) or 1 <= noise.share_uncertainty < np.inf:
         return "not known"
     plus = f" ± {100 * min(noise.share_uncertainty, 1):.1f}" if np.isfinite(noise.share_uncertainty) else ""
     return f"{100 * min(noise.share, 1):.1f}{plus} %"

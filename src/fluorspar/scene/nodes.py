@@ -6,12 +6,14 @@ user wrote, so surfaces and lights are identified here.
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from fluorspar.errors import SceneError, message
+from fluorspar.scene.builtin import BUILTIN
 
 __all__ = ["FLUORESCENT", "build", "children", "copy_nodes", "kind", "label", "parse_scene", "resolving"]
 
@@ -68,7 +70,7 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str],
                 "the scene file does not exist",
                 where=where,
                 expected="a Mitsuba 3 XML file, or the name of a built-in scene",
-                fix="check the path; 'fluorspar scenes' lists the built-in scenes",
+                fix=f"{_meant(where)}check the path; 'fluorspar scenes' lists the built-in scenes",
             )
         )
     try:
@@ -87,6 +89,11 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str],
         )
     _refuse_built_objects(state, where)
     return state
+
+
+def _meant(name: str) -> str:
+    """A question that names the built-in scene that a name resembles."""
+    return "".join(f"did you mean '{near}'? " for near in difflib.get_close_matches(name, BUILTIN, n=1))
 
 
 def _refuse_built_objects(state: Any, where: str) -> None:

@@ -49,7 +49,7 @@ class _Cache(FunctionCache):  # type: ignore[misc]
             self._warn("is damaged", err, "; it is made anew")
             self._attempt(self.flush)
         if code is None:
-            _LOG.info("compiling %s: some seconds, once", self.what)
+            _LOG.warning("compiling %s: some seconds, once", self.what)
         return code
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -84,7 +84,7 @@ def keep_code(kernel: Any, what: str) -> None:
     try:
         cache = _Cache(kernel.py_func)
     except RuntimeError:
-        _LOG.info("compiling %s: some seconds", what)
+        _LOG.warning("compiling %s: some seconds", what)
         text = f"there is no folder to keep compiled code in: compiling takes its seconds each time; {_FIX}"
         warnings.warn(text, FluorsparWarning, stacklevel=2)
         return
