@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: render test test-browser lint types bench clean
+.PHONY: render test test-browser fuzz lint types bench clean
 
 render: $(READY)
 	mkdir -p out
@@ -19,6 +19,10 @@ test-browser: $(READY)
 	command -v chromium >/dev/null || command -v google-chrome >/dev/null || test -n "$$CHROMIUM" || test "$$(id -u)" != 0 || \
 		{ apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
 	$(BIN)/python -m pytest -m browser tests/figures
+
+# Two minutes of damaged scenes, tables and images; see docs/reliability.md.
+fuzz: $(READY)
+	$(BIN)/python tools/fuzz.py --seconds 120
 
 lint: $(READY)
 	$(BIN)/ruff check .

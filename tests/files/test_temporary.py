@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from fluorspar.errors import FluorsparError
 from fluorspar.files import temporary
 
 ASK = "from fluorspar.files.temporary import temporary_folder; print(temporary_folder(), flush=True)"
@@ -57,3 +58,12 @@ def test_young_folders_are_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     killed.communicate()
     temporary.remove_stale()
     assert stale.is_dir(), "a process may be about to lock it"
+
+
+def test_no_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full() -> str:
+        raise FileNotFoundError(2, "No usable temporary directory found")
+
+    monkeypatch.setattr("tempfile.gettempdir", full)
+    with pytest.raises(FluorsparError, match="no room for temporary files"):
+        temporary.temporary_folder.__wrapped__()

@@ -11,6 +11,8 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
+from fluorspar.errors import FluorsparError, message
+
 __all__ = ["temporary_folder"]
 
 _PREFIX, _LOCK = "fluorspar-", ".in-use-by-fluorspar"
@@ -23,13 +25,22 @@ def temporary_folder() -> Path:
 
     Its process holds a lock on a file in it for as long as it lives, whatever its number and wherever it runs.
 
+    Raises
+    ------
+    FluorsparError
+        If it cannot be made.
+
     Examples
     --------
     >>> temporary_folder().is_dir(), temporary_folder() == temporary_folder()
     (True, True)
     """
-    remove_stale()
-    folder = tempfile.mkdtemp(prefix=_PREFIX)
+    try:
+        remove_stale()
+        folder = tempfile.mkdtemp(prefix=_PREFIX)
+    except OSError as err:
+        fix = "set TMPDIR to a folder with some space"
+        raise FluorsparError(message("there is no room for temporary files", got=err, fix=fix)) from err
     _take(os.open(os.path.join(folder, _LOCK), os.O_RDWR | os.O_CREAT, 0o600))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return Path(folder)
