@@ -115,7 +115,7 @@ def test_what_the_system_refuses(
 
 def test_a_name_with_dollars_in_a_figure(fluorspar: CommandLine) -> None:
     """No formula."""
-    fluorspar.write("a $$ b.csv", "# name: $$\nwavelength,reflectance\n300,0.5\n780,0.5\n")
+    fluorspar.write("a $$ b.csv", "# fluorspar-material: 1\n# name: $$\nwavelength,reflectance\n300,0.5\n780,0.5\n")
     done = fluorspar("materials", "inspect", "a $$ b.csv", "--plot", "figure.png")
     assert done.code == 0, done.err
 
