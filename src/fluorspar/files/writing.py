@@ -193,5 +193,5 @@ def undisturbed() -> Iterator[None]:
     finally:
         for number, handler in handled.items():
             signal.signal(number, handler)
-        for number in dict.fromkeys(seen):
-            signal.raise_signal(number)
+        for came in dict.fromkeys(seen):
+            signal.raise_signal(came)
