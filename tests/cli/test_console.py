@@ -64,6 +64,17 @@ class TestControlCharacters:
     def test_of_an_option(self, fluorspar: CommandLine) -> None:
         assert not CONTROL.search(fluorspar("render", f"--{RED}").err)
 
+    def test_of_the_renderer(self, fluorspar: CommandLine) -> None:
+        """Mitsuba colours what it says of a scene, on standard output."""
+        squeezed = '<transform name="to_world"> <scale x="1" y="2" z="3"/> </transform>'
+        text = GOOD.replace('id="ball"/>', f'id="ball"> {squeezed} </shape>')
+        fluorspar.write("scene.xml", text)
+        done = run("render", "scene.xml", *QUICK, "-o", "new.nc", stdout="printed", cwd=fluorspar.folder)
+        printed = Path("printed").read_text()
+        assert printed.startswith("SpectralImage")
+        assert not CONTROL.search(printed + done.stderr)
+        assert done.stderr.count("Mitsuba: [Sphere]") == 1
+
     def test_names_that_are_no_unicode(self, fluorspar: CommandLine) -> None:
         fluorspar.write("scene.xml", GOOD)
         name = os.fsdecode(b"caf\xe9.nc")
@@ -115,7 +126,9 @@ def test_what_the_system_refuses(
 
 def test_a_name_with_dollars_in_a_figure(fluorspar: CommandLine) -> None:
     """No formula."""
-    fluorspar.write("a $$ b.csv", "# fluorspar-material: 1\n# name: $$\nwavelength,reflectance\n300,0.5\n780,0.5\n")
+    fluorspar.write(
+        "a $$ b.csv", "# fluorspar-material: 1\n# name: $$\nwavelength,reflectance\n300,0.5\n780,0.5\n"
+    )
     done = fluorspar("materials", "inspect", "a $$ b.csv", "--plot", "figure.png")
     assert done.code == 0, done.err
 

@@ -114,9 +114,16 @@ def main() -> None:
 
 
 class _Notes(logging.Handler):
-    """Prints what is logged; of what only `-v` prints, when it was, in seconds since the start."""
+    """Prints what is logged, once; of what only `-v` prints, when it was, in seconds since the start."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.before: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
+        if record.getMessage() in self.before:
+            return
+        self.before.add(record.getMessage())
         at = f"{record.relativeCreated / 1000:.1f} s: " if record.levelno < logging.WARNING else ""
         console.note(at + record.getMessage())
 

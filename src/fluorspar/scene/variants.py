@@ -14,6 +14,7 @@ from pathlib import Path
 
 from fluorspar.errors import RendererError, message
 from fluorspar.files.writing import undisturbed
+from fluorspar.scene.renderer_log import renderer_log
 
 __all__ = ["SPECTRUM_VARIANT", "TRACE_VARIANTS", "configure_llvm", "find_llvm", "usable_cores", "use_variant"]
 
@@ -104,7 +105,8 @@ def use_variant(name: str) -> Iterator[None]:
     with _TURN:
         before = _change_variant(name)
         try:
-            yield
+            with renderer_log():
+                yield
         finally:
             if before is not None:
                 _set_variant(before)
