@@ -43,8 +43,8 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
     pixels = settings.width * settings.height
     per_chunk = max(1, CHUNK[job.variant] // settings.spp)
     runs = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
-    threads_before = dr.thread_count()
     with use_variant(TRACE_VARIANTS[job.variant]):
+        threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
         try:
             tracer = Tracer(build_trace_scene(job.scene), settings, _survival(job), job.seed)
