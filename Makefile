@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 
 LOWEST := out/lowest
 
-.PHONY: render test test-browser test-lowest lint types bench clean
+.PHONY: render test test-browser test-lowest fuzz lint types bench clean
 
 render: $(READY)
 	mkdir -p out
@@ -35,6 +35,10 @@ test-lowest:
 	cd $(LOWEST) && venv/bin/python -m pytest --quiet tests/test_layers.py tests/test_bounds.py tests/test_docs.py tests/colour \
 		tests/spectral tests/image tests/measuring tests/figures tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
 		tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
+
+# Two minutes of damaged scenes, tables and images; see docs/reliability.md.
+fuzz: $(READY)
+	$(BIN)/python tools/fuzz.py --seconds 120
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -54,30 +54,30 @@ def test_values_that_are_right(fluorspar: CommandLine) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--spp", "many"), "Invalid value for '--spp'"),
-        (("--sp", "4"), "No such option: --sp"),
-        (("other.xml",), "unexpected extra argument"),
+        (("--spp", "many"), "error: invalid value for '--spp'"),
+        (("--sp", "4"), "error: no such option: --sp"),
+        (("other.xml",), "error: got unexpected extra argument"),
     ],
 )
 def test_usage(fluorspar: CommandLine, arguments: tuple[str, ...], message: str) -> None:
-    """Typer's own messages name the option and point to the help."""
+    """The messages of the parser look as all others, name the option and point to the help."""
     before = fluorspar.files()
     done = fluorspar("render", "scene.xml", "-o", "old.nc", *arguments)
     assert done.code == 2
-    assert done.says("Usage: ", "help", message)
+    assert done.says(message, "fix: see", "render --help")
     assert fluorspar.files() == before
 
 
 def test_no_output(fluorspar: CommandLine) -> None:
     done = fluorspar("render", "cornell-box")
     assert done.code == 2
-    assert done.says("Missing option", "--output")
+    assert done.says("error: missing option", "--output")
 
 
 def test_unknown_command(fluorspar: CommandLine) -> None:
     done = fluorspar("rendr", "cornell-box")
     assert done.code == 2
-    assert done.says("No such command 'rendr'")
+    assert done.says("error: no such command 'rendr'")
 
 
 def test_graphics_card_that_is_not_there(fluorspar: CommandLine) -> None:

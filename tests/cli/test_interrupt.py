@@ -1,4 +1,4 @@
-"""Ctrl-C: what is finished is written and marked as partial, exit code 130."""
+"""Ctrl-C and SIGTERM: what is finished is written and marked as partial, exit code 130 or 143."""
 
 from __future__ import annotations
 
@@ -98,8 +98,9 @@ def test_after_the_end_is_no_partial_image(fluorspar: CommandLine, monkeypatch: 
         assert np.isfinite(image.dataset.radiance.values).all()
 
 
-def test_signal(fluorspar: CommandLine) -> None:
-    """As the terminal does it: SIGINT to a process that would render for hours."""
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signal(number: signal.Signals, fluorspar: CommandLine) -> None:
+    """As the terminal does it, or a batch system: a signal to a process that would render for hours."""
     # A process started in the background of a shell would ignore the signal.
     program = """if True:
         import signal
@@ -137,11 +138,11 @@ def test_signal(fluorspar: CommandLine) -> None:
     try:
         assert process.stdout is not None
         assert process.stdout.readline() == "written\n", "the first pixels are finished"
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, err = process.communicate(timeout=60)
     finally:
         process.kill()
-    assert process.returncode == 130, err
+    assert process.returncode == 128 + number, err
     assert "interrupted:" in err
     assert "Traceback" not in err
     assert sorted(fluorspar.files()) == ["old.exr", "old.nc", "old.png"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import sys
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -17,29 +17,70 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.segment import Segment
 
 from fluorspar.progress import Progress as ProgressCallback
 
-__all__ = ["error", "out", "progress_bar", "warning"]
+__all__ = ["err", "error", "note", "out", "progress_bar", "visible", "warning"]
+
+
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
+
+def visible(text: str) -> str:
+    """Show control characters instead of obeying them: what a file says must not move the cursor.
+
+    Examples
+    --------
+    >>> print(visible("red: \\x1b[31m"))
+    red: \\x1b[31m
+    """
+    return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 
 
 class _Output(Console):
-    """Standard output that falls silent when nobody reads on: files and exit codes are what they would be."""
+    """Output that falls silent when it cannot be written: files and exit codes are what they would be.
+
+    All that is printed passes here, so this is where control characters become visible.
+
+    Attributes
+    ----------
+    fault : OSError or None
+        Why not all of it was written, unless it is that nobody reads on.
+    """
+
+    fault: OSError | None = None
+
+    def render(self, *arguments: Any, **options: Any) -> Iterator[Segment]:
+        for segment in super().render(*arguments, **options):
+            yield segment if segment.control else segment._replace(text=visible(segment.text))
 
     def print(self, *objects: Any, **options: Any) -> None:
         try:
             super().print(*objects, **options)
-        except BrokenPipeError:
-            self.on_broken_pipe()
+        except OSError as err:
+            self._fall_silent(err)
 
     def on_broken_pipe(self) -> None:
+        self._fall_silent(BrokenPipeError())
+
+    def finish(self) -> None:
+        """Write what is left in the buffer of the stream."""
+        try:
+            self.file.flush()
+        except OSError as err:
+            self._fall_silent(err)
+
+    def _fall_silent(self, err: OSError) -> None:
         self.quiet = True
+        if not isinstance(err, BrokenPipeError):
+            self.fault = err
         with open(os.devnull, "w") as nowhere:
-            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # what is left in its buffer goes there at the end
+            os.dup2(nowhere.fileno(), self.file.fileno())  # what is left in its buffer goes there at the end
 
 
 out = _Output(soft_wrap=True)
-err = Console(stderr=True, soft_wrap=True)
+err = _Output(stderr=True, soft_wrap=True)
 
 
 def error(text: str) -> None:
@@ -54,6 +95,11 @@ def error(text: str) -> None:
 def warning(text: str) -> None:
     """Print a warning."""
     err.print("[yellow]warning:[/] ", end="")
+    err.print(text, markup=False, highlight=False)
+
+
+def note(text: str) -> None:
+    """Print what is going on."""
     err.print(text, markup=False, highlight=False)
 
 

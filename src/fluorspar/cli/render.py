@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Annotated, cast
 
@@ -15,6 +16,8 @@ from fluorspar.image.formats.registry import SUFFIXES_WRITTEN
 from fluorspar.scene.objects.mesh_file import FORMATS as MESHES
 
 __all__ = ["render"]
+
+_LOG = logging.getLogger(__name__)
 
 _EXAMPLES = """Examples:
 
@@ -159,6 +162,7 @@ def render(
         parameters=defined | mesh_parameter(scene, mesh, defined),
         library=library or [],
     )
+    _LOG.info("loaded %s: %d surfaces, %d lights", scene, len(loaded.surfaces), len(loaded.lights))
     with console.progress_bar(f"rendering {scene}") as progress:
         image = render_scene(
             loaded,
@@ -177,11 +181,13 @@ def render(
             progress=progress,
             staged=options,
         )
+    _LOG.info("rendered")
     write_outputs(image, output, pictures)
+    _LOG.info("written")
     if timings:
         print_timings(image)
     if image.attrs.get("partial"):
-        raise typer.Exit(130)
+        raise typer.Exit(130)  # `main` says 143 after SIGTERM
 
 
 render.__doc__ = f"{render.__doc__}\n\n{_EXAMPLES}"

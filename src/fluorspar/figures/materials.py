@@ -200,7 +200,7 @@ def _factors(panel: Axes, material: Material) -> None:
     _finish(panel, "", _WIDE.values, legend=several)
     beside.set_ylim(0, 1.12 * beside.get_ylim()[1] if several else beside.get_ylim()[1])
     panel.set_ylabel("emission α", color=_RED)
-    beside.set_ylabel("excitation β, 10$^{-3}$ / nm", color=_BLUE)
+    beside.set_ylabel("excitation β, 10⁻³ / nm", color=_BLUE)
 
 
 def _matrix(
@@ -237,7 +237,7 @@ def _matrix(
     panel.set_title(title, loc="left")
     for axis in (panel.xaxis, panel.yaxis):
         _hundreds(axis)
-    label, extend = "D$_L$, 10$^{-3}$ / nm", "both" if signed else "max"
+    label, extend = "D_L, 10⁻³ / nm", "both" if signed else "max"
     if bar == "inside":  # above the diagonal there is nothing to see
         panel.add_patch(
             Rectangle(

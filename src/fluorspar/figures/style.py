@@ -42,6 +42,7 @@ _STYLE = {
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.2,
     "figure.dpi": 100.0,
+    "text.parse_math": False,  # names may hold dollar signs
     "pdf.fonttype": 42,  # publishers refuse fonts of type 3
     "svg.hashsalt": "fluorspar",  # so that equal figures are equal files
 }

@@ -261,22 +261,24 @@ def replacing(path: str | os.PathLike[str], size: int = 0) -> Iterator[Path]:
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Hold back Ctrl-C until a step that must not be torn apart is done.
+    """Hold back Ctrl-C, and SIGTERM where it is handled, until a step that must not be torn apart is done.
 
     Examples
     --------
     >>> with undisturbed():
     ...     pass
     """
-    before = signal.getsignal(signal.SIGINT)
-    if before is None or threading.current_thread() is not threading.main_thread():
-        yield  # Python delivers Ctrl-C to the main thread only
-        return
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handled = {number: handler for number, handler in handlers.items() if callable(handler)}
+    if threading.current_thread() is not threading.main_thread():
+        handled = {}  # Python delivers signals to the main thread only
     seen: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
+    for number in handled:
+        signal.signal(number, lambda number, frame: seen.append(number))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
-        if seen:
-            signal.raise_signal(signal.SIGINT)
+        for number, handler in handled.items():
+            signal.signal(number, handler)
+        for came in dict.fromkeys(seen):
+            signal.raise_signal(came)

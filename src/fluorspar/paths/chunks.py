@@ -40,9 +40,9 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
     pixels = settings.width * settings.height
     per_chunk = max(1, CHUNK[job.variant] // settings.spp)
     runs = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
-    threads_before = dr.thread_count()
     variants = TRACE_VARIANTS if job.scene.lobes is None else LOBE_VARIANTS
     with use_variant(variants[job.variant]):
+        threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
         try:
             tracer = _tracer(job)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes.util
 import os
 import sys
+import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,6 +13,8 @@ from importlib import metadata
 from pathlib import Path
 
 from fluorspar.errors import RendererError, message
+from fluorspar.files.writing import undisturbed
+from fluorspar.scene.renderer_log import renderer_log
 
 __all__ = [
     "LOBE_VARIANTS",
@@ -30,6 +33,8 @@ LOBE_VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
 # Spectra of Mitsuba plugins are read in this one: it evaluates them at any wavelength.
 SPECTRUM_VARIANT = "scalar_spectral"
 OLDEST_LLVM = 16
+# A variant is a setting of the whole process, and so are Dr.Jit's threads and Mitsuba's file resolver.
+_TURN = threading.RLock()
 
 
 def find_llvm() -> Path | str | None:
@@ -88,7 +93,8 @@ def _check_llvm() -> None:
 def _set_variant(name: str) -> None:
     import mitsuba as mi
 
-    with warnings.catch_warnings():
+    # An exception in the middle of a start crashes Mitsuba or is lost in it.
+    with undisturbed(), warnings.catch_warnings():
         # Mitsuba loads its differentiable integrators anew each time, and after 140 times Dr.Jit warns of that.
         warnings.filterwarnings("ignore", message="The AST-transforming decorator", category=RuntimeWarning)
         mi.set_variant(name)
@@ -98,17 +104,31 @@ def _set_variant(name: str) -> None:
 def use_variant(name: str) -> Iterator[None]:
     """Set a Mitsuba variant for the body of a `with` statement and give the caller's back after it.
 
-    Mitsuba cannot unset a variant: where the caller had set none, `name` stays.
+    Mitsuba cannot unset a variant: where the caller had set none, `name` stays. Threads take turns: all use of Mitsuba
+    is within such a body, and other threads wait until it is left. Bodies may be nested.
 
     Raises
     ------
     RendererError
         If the variant does not exist or cannot start.
     """
-    configure_llvm()
-    import mitsuba as mi
+    with _TURN:
+        before = _change_variant(name)
+        try:
+            with renderer_log():
+                yield
+        finally:
+            if before is not None:
+                _set_variant(before)
 
-    before = mi.variant()
+
+def _change_variant(name: str) -> str | None:
+    """Set a variant and return the one before; after an error that is still set."""
+    configure_llvm()
+    with undisturbed():
+        import mitsuba as mi
+
+    before: str | None = mi.variant()
     if name.startswith("llvm"):
         _check_llvm()
     try:
@@ -130,11 +150,7 @@ def use_variant(name: str) -> Iterator[None]:
                 fix=fix,
             )
         ) from err
-    try:
-        yield
-    finally:
-        if before is not None:
-            _set_variant(before)
+    return before
 
 
 def usable_cores() -> int:

@@ -35,6 +35,7 @@ from fluorspar.paths.sweeping.camera_vertex import (
     collect,
     new_pixel,
 )
+from fluorspar.paths.sweeping.kept_code import keep_code
 from fluorspar.paths.sweeping.propagate import Path, new_path, propagate, read_path
 
 __all__ = ["compiled", "new_scratch"]
@@ -81,7 +82,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
     version = _version()
 
     # Without Numba's counting of references: it counts in the innermost loops, in memory that all threads share.
-    @numba.njit(nogil=True, fastmath=_FAST, cache=True, _nrt=False)
+    @numba.njit(nogil=True, fastmath=_FAST, _nrt=False)
     def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
         _ = version  # a captured value is part of the key under which Numba keeps compiled code
         path, pixel, tally, y, total = scratch
@@ -126,6 +127,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
             store(at + p, y, tally, spp, batches, component_errors, radiance, error, errors)
         return stop
 
+    keep_code(kernel, f"the sweep of {width} bands")
     return kernel  # type: ignore[no-any-return]
 
 

@@ -31,6 +31,7 @@ from fluorspar.paths.sweeping import batches as batches_module
 from fluorspar.paths.sweeping import luminesce as luminesce_module
 from fluorspar.paths.sweeping import spectral_tables as spectral_tables_module
 from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, TOTAL, Tally, count, new_tally, store
+from fluorspar.paths.sweeping.kept_code import keep_code
 from fluorspar.paths.sweeping.luminesce import luminesce
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
 from fluorspar.scene.lobes import lobe as lobe_module
@@ -354,7 +355,7 @@ def compiled_for_lobes(width: int, terms: int, one_light: bool, component_errors
     """Compile the sweep for a padded number of bands and a number of terms; see `compiled` of `kernel.py`."""
     version = _version()
 
-    @numba.njit(nogil=True, fastmath=_FAST, cache=True, _nrt=False)
+    @numba.njit(nogil=True, fastmath=_FAST, _nrt=False)
     def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
         _ = version
         path, tally, y, sums, total = scratch
@@ -402,6 +403,7 @@ def compiled_for_lobes(width: int, terms: int, one_light: bool, component_errors
             store(at + p, sums, tally, spp, batches, component_errors, radiance, error, errors)
         return stop
 
+    keep_code(kernel, f"the sweep of {width} bands and {terms} lobes")
     return kernel  # type: ignore[no-any-return]
 
 

@@ -3,16 +3,15 @@ box."""
 
 from __future__ import annotations
 
-import atexit
 import hashlib
-import tempfile
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.files.temporary import temporary_folder
 from fluorspar.scene.objects.mesh_file import FORMATS, read_triangles
 from fluorspar.scene.objects.mesh_repair import repaired
 
@@ -23,8 +22,6 @@ __all__ = ["FORMATS", "object_file", "procedural_mesh", "read_mesh"]
 
 _CENTRE = (278.0, 279.6)  # of the floor of the Cornell box: x, z, in mm
 _EXTENT = 330.0  # largest side of the object's bounding box in mm, the height of the box's tall block
-
-_folder: Any = None
 
 
 def object_file(path: Path | None = None) -> Path:
@@ -61,7 +58,7 @@ def object_file(path: Path | None = None) -> Path:
     mesh.apply_scale(scale)
     mesh.apply_translation([_CENTRE[0], 0.0, _CENTRE[1]])
     data = _ply(np.asarray(mesh.vertices), np.asarray(mesh.faces), np.asarray(mesh.vertex_normals))
-    target = _own_folder() / f"object-{hashlib.sha256(data).hexdigest()[:16]}.ply"
+    target = temporary_folder() / f"object-{hashlib.sha256(data).hexdigest()[:16]}.ply"
     if not target.exists():
         target.write_bytes(data)
     return target
@@ -125,12 +122,3 @@ def _ply(vertices: NDArray[np.floating], faces: NDArray[np.integer], normals: ND
         f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
     )
     return header.encode("ascii") + corners.tobytes() + triangles.tobytes()
-
-
-def _own_folder() -> Path:
-    """A temporary folder that goes when the process ends: a scene reads its mesh again for each method."""
-    global _folder
-    if _folder is None:
-        _folder = tempfile.TemporaryDirectory(prefix="fluorspar-")
-        atexit.register(_folder.cleanup)
-    return Path(_folder.name)

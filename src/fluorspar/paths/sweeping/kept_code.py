@@ -1,0 +1,92 @@
+"""Compiled code kept on disk. Where it cannot be kept or read, compiling takes its time again, and no render fails."""
+
+from __future__ import annotations
+
+import logging
+import pickle
+import warnings
+import zlib
+from typing import Any
+
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.serialize import dumps
+
+from fluorspar.errors import FluorsparWarning
+
+__all__ = ["keep_code"]
+
+_LOG = logging.getLogger(__name__)
+_FIX = "set NUMBA_CACHE_DIR to a folder that can be written to"
+
+
+class _Checked(CompileResultCacheImpl):  # type: ignore[misc]
+    """Adds a checksum: machine code with a hole would crash the process, or compute something else."""
+
+    def reduce(self, cres: Any) -> Any:
+        data = dumps(super().reduce(cres))
+        return zlib.crc32(data), data
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        checksum, data = payload
+        if zlib.crc32(data) != checksum:
+            raise ValueError("wrong checksum")
+        return super().rebuild(target_context, pickle.loads(data))
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """Numba's cache, whose faults are warnings. Numba itself ends a call with whatever reading or writing raised."""
+
+    _impl_class = _Checked
+    what: str
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            code = super().load_overload(sig, target_context)
+        except (
+            Exception
+        ) as err:  # what `pickle` raises for a file that is empty, cut off or of other bytes: anything
+            code = None
+            self._warn("is damaged", err, "; it is made anew")
+            self._attempt(self.flush)
+        if code is None:
+            _LOG.warning("compiling %s: some seconds, once", self.what)
+        return code
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        self._attempt(super().save_overload, sig, data)
+
+    def _attempt(self, write: Any, *arguments: Any) -> None:
+        try:
+            write(*arguments)
+        except Exception as err:
+            self._warn("cannot be written", err, f": {_FIX}")
+
+    def _warn(self, fault: str, err: Exception, rest: str) -> None:
+        text = f"compiled code in {self.cache_path} {fault} ({type(err).__name__}: {err}){rest}"
+        warnings.warn(text, FluorsparWarning, stacklevel=2)
+
+
+def keep_code(kernel: Any, what: str) -> None:
+    """Let a function compiled by Numba look for its code on disk, and keep it there.
+
+    Parameters
+    ----------
+    kernel : numba dispatcher
+        Made without `cache=True`, by which Numba refuses to compile at all where no folder can be written to.
+    what : str
+        What it is called when it must be compiled.
+
+    Warns
+    -----
+    FluorsparWarning
+        If there is no folder to keep it in; later, if its file is damaged or cannot be written.
+    """
+    try:
+        cache = _Cache(kernel.py_func)
+    except RuntimeError:
+        _LOG.warning("compiling %s: some seconds", what)
+        text = f"there is no folder to keep compiled code in: compiling takes its seconds each time; {_FIX}"
+        warnings.warn(text, FluorsparWarning, stacklevel=2)
+        return
+    cache.what = what
+    kernel._cache = cache  # as `cache=True` does
