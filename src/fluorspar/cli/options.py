@@ -22,6 +22,7 @@ __all__ = [
     "ApertureOption",
     "CameraOption",
     "DefineOption",
+    "ExcitationOption",
     "LibraryOption",
     "limits_of",
     "material_files",
@@ -39,6 +40,14 @@ LibraryOption: TypeAlias = Annotated[
         "--library",
         metavar="DIR",
         help="A folder with materials of your own. May be repeated; the variable FLUORSPAR_MATERIALS does the same.",
+    ),
+]
+
+ExcitationOption: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="full|grid",
+        help="full: light below the grid excites too, as far as lamps and materials reach; grid: only its own does.",
     ),
 ]
 
