@@ -56,7 +56,8 @@ def test_luminescence_does_not_depend_on_where_the_image_begins() -> None:
 @pytest.mark.parametrize("step", [5, 10])
 def test_a_visible_image_holds_what_one_from_300_nm_on_holds(name: str, step: float) -> None:
     visible, wide = (
-        colour_under_lamp(material(name), LAMP, wavelengths=Wavelengths(start, 700, step)) for start in (400, 300)
+        colour_under_lamp(material(name), LAMP, wavelengths=Wavelengths(start, 700, step))
+        for start in (400, 300)
     )
     shared = wide.grid.values > 399
     scale = wide.luminescent.max()
@@ -94,13 +95,17 @@ def test_no_further_than_both_the_lamp_and_the_dye_reach() -> None:
 
     constant = Spectrum.constant(1.0)
     assert start([319, 350, 450], constant) == 320  # 319 itself is 0
-    assert start([250, 350, 450], Spectrum([331, 332, 700], [0, 1, 1])) == 330  # a band that the lamp lights in part
+    assert (
+        start([250, 350, 450], Spectrum([331, 332, 700], [0, 1, 1])) == 330
+    )  # a band that the lamp lights in part
     assert start([250, 350, 450], Spectrum([300, 340, 341, 700], [0, 0, 1, 1])) == 340  # 0 is no light
     assert start([250, 350, 390], Spectrum([395, 500], [1, 1])) == 400  # nothing in common
     assert start([420, 450, 500], constant) == 400
     assert start([320, 350, 450], constant, Wavelengths(300, 700, 10)) == 300
     assert start([50, 150, 450], constant) == 200  # no air lets through what is below
-    assert start([320, 350, 450], constant, Wavelengths(360, 760, 400)) == 360  # a step further is no wavelength
+    assert (
+        start([320, 350, 450], constant, Wavelengths(360, 760, 400)) == 360
+    )  # a step further is no wavelength
 
 
 def test_lights_and_dyes_count_in_pairs() -> None:

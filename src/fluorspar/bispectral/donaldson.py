@@ -157,8 +157,8 @@ class DonaldsonMatrix:
             return cells.any(axis=1), cells.any(axis=0)
         emits, excites = self.emission != 0, self.excitation != 0
         return (
-            np.any(emits & (self._up_to(excites) > 0), axis=0),
-            np.any(excites & (self._from(emits) > 0), axis=0),
+            np.any(emits & (self._up_to(excites.astype(float)) > 0), axis=0),
+            np.any(excites & (self._from(emits.astype(float)) > 0), axis=0),
         )
 
     @property
@@ -228,12 +228,12 @@ class DonaldsonMatrix:
             y += alpha * self._up_to(h * beta * E)
         return y
 
-    def _up_to(self, values: Array | NDArray[np.bool_]) -> Array:
+    def _up_to(self, values: Array) -> Array:
         """Sum over the wavelengths up to each one, which itself counts as the Stokes rule says; shape (..., N)."""
         own = 0.5 if self.stokes == "half" else 1.0
         return np.asarray(np.cumsum(values, axis=-1) - own * values)
 
-    def _from(self, values: Array | NDArray[np.bool_]) -> Array:
+    def _from(self, values: Array) -> Array:
         """Sum over the wavelengths from each one on, likewise."""
         return self._up_to(values[..., ::-1])[..., ::-1]
 

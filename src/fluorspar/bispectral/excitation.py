@@ -1,4 +1,4 @@
-"""The wavelengths that excite: a grid that reaches as far into the ultraviolet as lamps and dyes have light in common."""
+"""The wavelengths that excite: a grid that reaches as far into the ultraviolet as lamps and materials overlap."""
 
 from __future__ import annotations
 
@@ -95,6 +95,12 @@ def _first_needed(light: Spectrum, dye: Spectrum, grid: Wavelengths) -> int:
     """Number of the first band without which a light would excite less than nearly all."""
     if light.support[0] > grid.stop or light.support[1] < grid.start:
         return len(grid)
-    taken_up = sampled_or_averaged(light, grid)[0] * np.interp(grid.values, dye.wavelengths, dye.values, 0.0, 0.0)
+    taken_up = sampled_or_averaged(light, grid)[0] * np.interp(
+        grid.values, dye.wavelengths, dye.values, 0.0, 0.0
+    )
     excited = np.cumsum(taken_up)
-    return int(np.searchsorted(excited, _NEGLIGIBLE * excited[-1], side="right")) if excited[-1] > 0 else len(grid)
+    return (
+        int(np.searchsorted(excited, _NEGLIGIBLE * excited[-1], side="right"))
+        if excited[-1] > 0
+        else len(grid)
+    )

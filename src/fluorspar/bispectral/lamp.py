@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 WIDE = Wavelengths(300, 780, 5)
 """The grid of colours under lamps: it holds the ultraviolet that excites brighteners."""
 
+
 def lamp_on(lamp: str | Spectrum, grid: Wavelengths, uv_cut: float | None = None) -> tuple[Array, str]:
     """Return the light of a lamp on a grid, and the lamp in words.
 

@@ -9,7 +9,14 @@ import typer
 
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
-from fluorspar.cli.options import ExcitationOption, LibraryOption, mesh_parameter, pairs, size_of, staged_options
+from fluorspar.cli.options import (
+    ExcitationOption,
+    LibraryOption,
+    mesh_parameter,
+    pairs,
+    size_of,
+    staged_options,
+)
 from fluorspar.cli.outputs import print_timings
 from fluorspar.image.formats.registry import SUFFIXES_WRITTEN
 from fluorspar.scene.objects.mesh_file import FORMATS as MESHES

@@ -69,8 +69,8 @@ def light_on(spectrum: Spectrum, grid: Wavelengths, *, above: float = 0.0) -> Ar
         step = float(np.diff(spectrum.wavelengths).min())
         text = (
             f"{spectrum.title}: tabulated every {step:g} nm, used every {grid.step:g} nm: {min(100 * missed, 100):.0f} "
-            f"% of its light lies between, and is averaged over bands of {grid.step:g} nm; to keep its lines use a grid "
-            f"such as {grid.start:g}:{grid.stop:g}:{max(step, 1):g} (--wavelengths)"
+            f"% of its light lies between, averaged over bands of {grid.step:g} nm; to keep its lines use a grid such "
+            f"as {grid.start:g}:{grid.stop:g}:{max(step, 1):g} (--wavelengths)"
         )
         warnings.warn(text, ApproximationWarning, stacklevel=3)
     return light
@@ -128,7 +128,7 @@ def means_over_bands(spectrum: Spectrum, grid: Wavelengths, *, above: float = 0.
     left, lengths = nodes[:-1], np.diff(nodes)
     below = np.searchsorted(edges, left, side="right") - 1  # the wavelength on the left of each piece
     sums = np.zeros(len(edges))
-    for place, weight in ((0.0, 1 / 6), (0.5, 4 / 6), (1.0, 1 / 6)):  # Simpson's rule, exact for a linear times a linear
+    for place, weight in ((0.0, 1 / 6), (0.5, 4 / 6), (1.0, 1 / 6)):  # Simpson's rule, exact here
         at = left + place * lengths
         light = weight * lengths * np.interp(at, spectrum.wavelengths, spectrum.values)
         share = (at - edges[below]) / grid.step
