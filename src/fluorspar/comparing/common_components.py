@@ -104,7 +104,9 @@ def _missing_excitation(sides: tuple[Side, Side], compared: list[str | None]) ->
             return []
         held = side.wavelengths.start
         starts.append(float(str(side.attrs.get("excitation", held)).partition(":")[0]))
-        full.append(starts[-1] < held - _SAME)  # it was begun earlier than asked for: as early as anything excites
+        full.append(
+            starts[-1] < held - _SAME
+        )  # it was begun earlier than asked for: as early as anything excites
     late = int(starts[1] > starts[0])
     if abs(starts[0] - starts[1]) < _SAME or full[late]:
         return []
