@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 _SAME = 1e-6  # nm
 _LINEAR = 1e-3  # of the light of a lamp between the wavelengths of a grid: samples miss so little of no line
-_LINES = 0.05  # a lamp of which more lies between has lines
+_LINES = 0.1  # a lamp of which more lies between has lines
 
 
 def light_on(spectrum: Spectrum, grid: Wavelengths, *, above: float = 0.0) -> Array:
@@ -84,15 +84,15 @@ def sampled_or_averaged(spectrum: Spectrum, grid: Wavelengths, above: float = 0.
     >>> sampled_or_averaged(Spectrum([400, 500], [1.0, 2.0]), Wavelengths(400, 500, 50))
     (array([1. , 1.5, 2. ]), 0.0)
     """
-    light = spectrum.on(grid, outside="zero")
-    light[grid.values < above - _SAME] = 0.0
+    samples = spectrum.on(grid, outside="zero")
+    light = np.where(grid.values < above - _SAME, 0.0, samples)
     first, last = max(spectrum.support[0], grid.start, above), min(spectrum.support[1], grid.stop)
     if spectrum.is_constant or first >= last:
         return light, 0.0
     fine = np.unique(np.concatenate([grid.values, spectrum.wavelengths, [first]]))
     fine = fine[(fine >= first) & (fine <= last)]
     exact = np.interp(fine, spectrum.wavelengths, spectrum.values)
-    between = trapezoid(np.abs(exact - np.interp(fine, grid.values, light)), fine)
+    between = trapezoid(np.abs(exact - np.interp(fine, grid.values, samples)), fine)
     missed = between / max(trapezoid(np.abs(exact), fine), 1e-300)
     return (light if missed <= _LINEAR else means_over_bands(spectrum, grid, above=above)), missed
 

@@ -66,7 +66,7 @@ class Passes:
             band_groups(np.flatnonzero(np.any(bands, axis=0)), self.renderer.max_bands)
             for bands in zip(*(matrix.luminescent_bands for matrix in self.matrices), strict=True)
         )
-        self.kept = Intermediate(self.options.keep_intermediate, self.grid)
+        self.kept = Intermediate(self.options.keep_intermediate, self.job.grid, self.grid)
 
     @cached_property
     def base(self) -> LoadedScene:
