@@ -82,3 +82,14 @@ def test_what_is_cut_away_gives_no_light_to_a_neighbouring_band() -> None:
         warnings.simplefilter("ignore")
         assert not light_on(laser(399.0), GRID, above=400).any()
         assert 5 * light_on(laser(401.0), GRID, above=400).sum() == pytest.approx(1)
+
+
+def test_a_weak_line_counts_where_there_is_little_other_light() -> None:
+    """A lamp of which 0.0004 is a line in the ultraviolet, which may be all that excites."""
+    w = np.arange(300.0, 801.0)
+    visible = np.where(w > 400, np.sin((w - 400) / 400 * np.pi) * 100, 0.0)
+    weak = Spectrum(w, visible + np.where(w == 363, 12.0, 0.0), "a lamp")
+    light = light_on(weak, GRID)
+    assert 5 * light[GRID.values < 380].sum() == pytest.approx(12, rel=1e-9)
+    smooth = Spectrum(w, 1 + 0.5 * np.sin(w / 60))
+    assert np.array_equal(light_on(smooth, Wavelengths(400, 700, 20)), smooth.on(Wavelengths(400, 700, 20)))

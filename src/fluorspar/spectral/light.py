@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, ExtrapolationWarning
-from fluorspar.spectral.spectrum import Spectrum, trapezoid
+from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["light_on", "means_over_bands", "sampled_or_averaged"]
@@ -16,15 +16,17 @@ __all__ = ["light_on", "means_over_bands", "sampled_or_averaged"]
 Array = NDArray[np.float64]
 
 _SAME = 1e-6  # nm
-_LINEAR = 1e-3  # of the light of a lamp between the wavelengths of a grid: samples miss so little of no line
+_CURVED = (
+    0.03  # of the light between two wavelengths of a grid: a smooth lamp is not further off a straight line
+)
 _LINES = 0.1  # a lamp of which more lies between has lines
 
 
 def light_on(spectrum: Spectrum, grid: Wavelengths, *, above: float = 0.0) -> Array:
     """Return the light of a lamp on a grid.
 
-    A lamp that is linear between the wavelengths of the grid is sampled. Of any other, each wavelength gets the mean
-    under its triangle, so that a line between two wavelengths counts in full and is shared by them.
+    A lamp that is nearly linear between all wavelengths of the grid is sampled. Of any other, each wavelength gets the
+    mean under its triangle, so that a line between two wavelengths counts in full and is shared by them.
 
     Parameters
     ----------
@@ -92,9 +94,16 @@ def sampled_or_averaged(spectrum: Spectrum, grid: Wavelengths, above: float = 0.
     fine = np.unique(np.concatenate([grid.values, spectrum.wavelengths, [first]]))
     fine = fine[(fine >= first) & (fine <= last)]
     exact = np.interp(fine, spectrum.wavelengths, spectrum.values)
-    between = trapezoid(np.abs(exact - np.interp(fine, grid.values, samples)), fine)
-    missed = between / max(trapezoid(np.abs(exact), fine), 1e-300)
-    return (light if missed <= _LINEAR else means_over_bands(spectrum, grid, above=above)), missed
+    between = np.abs(exact - np.interp(fine, grid.values, samples))
+    cell = np.searchsorted(
+        grid.values, (fine[:-1] + fine[1:]) / 2
+    )  # the two wavelengths that each piece is between
+    missed, all_of_it = (
+        np.bincount(cell, (v[:-1] + v[1:]) * np.diff(fine) / 2) for v in (between, np.abs(exact))
+    )
+    if np.any(missed > _CURVED * all_of_it):
+        light = means_over_bands(spectrum, grid, above=above)
+    return light, float(missed.sum() / max(all_of_it.sum(), 1e-300))
 
 
 def means_over_bands(spectrum: Spectrum, grid: Wavelengths, *, above: float = 0.0) -> Array:
