@@ -62,11 +62,11 @@ def light_on(spectrum: Spectrum, grid: Wavelengths, *, above: float = 0.0) -> Ar
     ...     light_on(laser, Wavelengths(485, 490, 5)).round(3)  # 5 nm of these hold its 1 W
     array([0.08, 0.12])
     """
+    light, missed = sampled_or_averaged(spectrum, grid, above)
     first, last = spectrum.support
     if max(grid.start, above) < first - _SAME or grid.stop > last + _SAME:
         text = f"{spectrum.title}: data for {first:g}-{last:g} nm, used on {grid}; assumed: no light outside"
         warnings.warn(text, ExtrapolationWarning, stacklevel=3)
-    light, missed = sampled_or_averaged(spectrum, grid, above)
     if missed > _LINES:
         step = float(np.diff(spectrum.wavelengths).min())
         text = (
