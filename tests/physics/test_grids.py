@@ -4,7 +4,7 @@ Rationale
     On a grid the Stokes limit and the integrals over excitation are sums, so a picture depends on the grid a
     little, and on the weight of excitation at the emission wavelength ("half" or "strict"). None of this may
     come from the renderer: the closed form of the furnace, with the matrix on the grid in use, has it all. Only
-    wavelengths of the grid excite here; `test_excitation` has those below it.
+    wavelengths of the grid excite here; `test_ultraviolet` has those below it.
     Steps of 2.5, 5 and 10 nm; 360-700 nm and 300-780 nm.
 Expected
     Components within 0.2 %, or 4.5 standard errors where these are larger. The visible part of a 300-780 nm
