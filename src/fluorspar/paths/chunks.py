@@ -73,5 +73,5 @@ def _survival(job: RenderJob) -> NDArray[np.float64]:
     -------
     ndarray of shape (rows,)
     """
-    matrices = job.scene.matrices(job.grid)
+    matrices = job.scene.matrices(job.computed_grid)
     return np.array([min(1.0, matrix.energy_yield().max()) for matrix in matrices])

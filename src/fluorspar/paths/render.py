@@ -72,8 +72,8 @@ def render_chunks(
 
 
 def _tables(job: RenderJob, chunk: Chunk | None = None) -> SpectralTables:
-    """Spectra of the scene's materials and lights on the job's grid, and of the rows that a chunk brings along."""
-    matrices = job.scene.matrices(job.grid, job.stokes)
+    """Spectra of the scene's materials and lights on the computed grid, and of the rows that a chunk brings along."""
+    matrices = job.matrices()
     if chunk is not None:
-        matrices += [material.on(job.grid, stokes=job.stokes) for material in chunk.materials]
-    return spectral_tables(matrices, [light.spectrum.on(job.grid) for light in job.scene.lights])
+        matrices += [material.on(job.computed_grid, stokes=job.stokes) for material in chunk.materials]
+    return spectral_tables(matrices, job.lights())
