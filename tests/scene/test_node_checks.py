@@ -68,7 +68,9 @@ def test_numbers_of_a_scene_may_be_impossible(tmp_path: Path) -> None:
     ],
 )
 def test_numbers_are_finite(part: str, tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"(a number is too large|this is not a finite number)\n  where:    '\w+' of "):
+    with pytest.raises(
+        SceneError, match=r"(a number is too large|this is not a finite number)\n  where:    '\w+' of "
+    ):
         load_scene(xml_scene(tmp_path, part))
 
 
