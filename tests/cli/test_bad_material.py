@@ -140,4 +140,5 @@ class TestPhotonYield:
             f' <float name="concentration" value="{value}"/> </bsdf>'
         )
         said = fluorspar.refuses(negative)
-        assert said.says(fault, f"got: {value}") and "'dye'" in said.err
+        assert said.says(fault, f"got: {value}")
+        assert "'dye'" in said.err
