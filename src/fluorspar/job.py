@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from fluorspar.bispectral.donaldson import Stokes
+from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
+from fluorspar.bispectral.excitation import excitation_grid
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.stated import METHODS
@@ -18,6 +20,7 @@ from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import TRACE_VARIANTS
+from fluorspar.spectral.light import light_on
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.version import __version__
 
@@ -43,6 +46,8 @@ class RenderJob:
         `"paths"` or `"staged"`.
     stokes : str
         `"half"` or `"strict"`, see `DonaldsonMatrix`.
+    excitation : str
+        `"full"`: wavelengths below the grid excite too, see `computed_grid`; `"grid"`: only those of the image.
     component_errors : bool
         Estimate a standard error for each component, not only for the total.
     variant : str
@@ -69,6 +74,7 @@ class RenderJob:
     seed: int = 0
     method: str = "paths"
     stokes: Stokes = "half"
+    excitation: str = "full"
     component_errors: bool = False
     variant: str = "llvm"
     threads: int | None = None
@@ -79,6 +85,7 @@ class RenderJob:
         _one_of("method", self.method, METHODS)
         _one_of("variant", self.variant, tuple(TRACE_VARIANTS))
         _one_of("Stokes rule", self.stokes, ("half", "strict"))
+        _one_of("excitation", self.excitation, ("full", "grid"))
         _one_of("value of component_errors", self.component_errors, (True, False))
         if self.method == "staged" and (self.component_errors or self.variant != "llvm"):
             got = "component_errors" if self.component_errors else f"variant={self.variant!r}"
@@ -140,10 +147,30 @@ class RenderJob:
         )
         return cls(scene, grid, **others)
 
+    @cached_property
+    def computed_grid(self) -> Wavelengths:
+        """The grid of all computation; its last N wavelengths are those of the image, see `excitation_grid`.
+
+        Examples
+        --------
+        >>> RenderJob.of("cornell-box", wavelengths="400:700:5").computed_grid
+        Wavelengths(start=305.0, stop=700.0, step=5.0)
+        """
+        lights = [light.spectrum for light in self.scene.lights]
+        return excitation_grid(self.grid, self.scene.materials, lights, self.excitation)
+
+    def matrices(self) -> list[DonaldsonMatrix]:
+        """Donaldson matrices of the scene's materials on the computed grid, by row of its table."""
+        return self.scene.matrices(self.computed_grid, self.stokes)
+
+    def lights(self) -> list[NDArray[np.float64]]:
+        """Spectra of the scene's lights on the computed grid, by row of its table."""
+        return [light_on(light.spectrum, self.computed_grid) for light in self.scene.lights]
+
     @property
     def attrs(self) -> dict[str, Any]:
         """What the image says about how it was made."""
-        settings = self.scene.settings
+        settings, computed = self.scene.settings, self.computed_grid
         return {
             "version": __version__,
             "method": self.method,
@@ -152,6 +179,7 @@ class RenderJob:
             "max_depth": settings.max_depth,
             "rr_depth": settings.rr_depth,
             "stokes": self.stokes,
+            "excitation": f"{computed.start:g}:{computed.stop:g}:{computed.step:g}",
             "scene": self.scene.name,
             "parameters": dict(self.scene.parameters) or None,
             "materials": {material.name: material.credit for material in self.scene.materials},

@@ -40,6 +40,7 @@ def render(
     rr_depth: int | None = None,
     materials: Mapping[str, str | Path | Material] | None = None,
     stokes: Stokes = "half",
+    excitation: str = "full",
     component_errors: bool = False,
     variant: str = "llvm",
     threads: int | None = None,
@@ -72,6 +73,10 @@ def render(
     stokes : str
         `"half"`: excitation at the emission wavelength itself counts half (trapezoid rule); `"strict"`: not at
         all (Eq. 1 of the paper to the letter).
+    excitation : str
+        `"full"`: light that the grid does not hold excites too, as far down as a light and the excitation of a
+        material overlap; the attribute `excitation` says from where. `"grid"`: only the grid's own wavelengths
+        excite, as in the paper.
     component_errors : bool
         Estimate the standard error of each component too, not only of the total.
     variant : str
@@ -126,6 +131,7 @@ def render(
         seed=seed,
         method=method,
         stokes=stokes,
+        excitation=excitation,
         component_errors=component_errors,
         variant=variant,
         threads=threads,
@@ -185,6 +191,7 @@ def trace(
     max_depth: int | None = None,
     rr_depth: int | None = None,
     materials: Mapping[str, str | Path | Material] | None = None,
+    excitation: str = "full",
     variant: str = "llvm",
     threads: int | None = None,
     progress: Progress | None = None,
@@ -193,7 +200,7 @@ def trace(
 
     Parameters
     ----------
-    scene, spp, seed, size, max_depth, rr_depth, materials, variant, threads
+    scene, spp, seed, size, max_depth, rr_depth, materials, excitation, variant, threads
         See `render`.
     wavelengths : Wavelengths, str or array_like of shape (N,), optional
         Grid of the images, see `render`. The paths hold no wavelength, and images on other grids are as right, but
@@ -227,6 +234,7 @@ def trace(
         max_depth=max_depth,
         rr_depth=rr_depth,
         seed=seed,
+        excitation=excitation,
         variant=variant,
         threads=threads,
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -101,6 +103,45 @@ class TestFullMatrices:
         assert D.band() == pytest.approx(self.band, rel=1e-15)
         assert D.apply([1, 1, 1]) == pytest.approx(self.band.sum(axis=1))
         assert D.rank == 3
+
+
+@given(spectra, factors, factors)
+@pytest.mark.parametrize("stokes", ["half", "strict"])
+def test_factors_say_of_themselves_what_the_full_matrix_says(stokes, S, alpha, beta) -> None:
+    factored = DonaldsonMatrix(GRID, S, alpha, beta, stokes=stokes)
+    full = DonaldsonMatrix(GRID, S, luminescent=factored.density())
+    close = {"rtol": 1e-12, "atol": 1e-12}
+    np.testing.assert_allclose(factored.energy_yield(), full.energy_yield(), **close)
+    np.testing.assert_allclose(factored.photon_yield(), full.photon_yield(), **close)
+    w = GRID.values
+    np.testing.assert_allclose(
+        factored.energy_yield(), [S[j] + 10 * factored.density()[:, j].sum() for j in range(N)], **close
+    )
+    np.testing.assert_allclose(
+        factored.luminescent_photon_yield(),
+        [10 * sum(factored.density()[i, j] * w[i] / w[j] for i in range(N)) for j in range(N)],
+        **close,
+    )
+    cells = np.any([np.outer(a != 0, b != 0) for a, b in zip(alpha, beta, strict=True)], axis=0)
+    cells &= np.tri(N, k=0 if stokes == "half" else -1, dtype=bool)
+    emits, excites = factored.luminescent_bands
+    assert np.array_equal(emits, cells.any(axis=1))
+    assert np.array_equal(excites, cells.any(axis=0))
+    assert factored.is_fluorescent == cells.any()
+
+
+def test_factors_never_become_a_full_matrix() -> None:
+    """Of 20,001 bands it would take 3.2 GB; a spectrum takes 160 kB."""
+    grid = Wavelengths(300, 800, 0.025)
+    tracemalloc.start()
+    try:
+        D = dye(grid).check()
+        assert D.is_fluorescent
+        assert D.rank == 1
+        assert D.energy_yield().shape == D.photon_yield().shape == D.apply(np.ones(20001)).shape
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
 
 
 def test_rank_and_fluorescence() -> None:

@@ -76,7 +76,8 @@ def test_pictures_are_a_file(fluorspar: CommandLine) -> None:
 
 
 def test_folder_is_closed(fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)  # root may write where it likes
+    # root may write where it likes
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK or not Path(path).is_dir())
     said = fluorspar.refuses(GOOD)
     assert said.says("the directory cannot be written to", "where:", "fix: choose another directory")
 

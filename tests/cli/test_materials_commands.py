@@ -254,10 +254,10 @@ def test_list_shows_the_fault_of_one_file_and_goes_on(fluorspar: CommandLine, tm
     fluorspar.write("lib/broken.csv", "a,b\n")
     hot = "# fluorspar-material: 1\nwavelength,reflectance,emission,excitation\n300,0.9,0,1\n600,0.9,9,1\n780,0.9,9,0\n"
     fluorspar.write("lib/hot.csv", hot)
-    out = good(fluorspar("materials", "list", "--library", "lib"))
-    assert "holds no rows of numbers" in out
-    assert "more photons" in out
-    assert "poster-red" in out
+    listed = fluorspar("materials", "list", "--library", "lib")
+    assert listed.says("not listed: broken", "holds no rows of numbers", "broken.csv")
+    assert "more photons" in listed.out + listed.err
+    assert "poster-red" in good(listed)
 
 
 def test_quality_is_that_of_the_file_written(fluorspar: CommandLine, measured: Path, tmp_path: Path) -> None:

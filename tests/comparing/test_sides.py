@@ -316,7 +316,7 @@ def test_files_are_closed(tmp_path, monkeypatch):
 
 
 class TestExcitationBelowTheFirstWavelength:
-    """Rationale: a render has no light below its first wavelength, so two grids excite luminescence differently."""
+    """Rationale: with `excitation="grid"` no light below the first wavelength of an image excites."""
 
     long, short = Wavelengths(300, 700, 50), Wavelengths(400, 700, 50)
     said = "Luminescence: B was rendered from 400 nm on, so what 300-400 nm excites is in A only, which is part of"
@@ -334,6 +334,7 @@ class TestExcitationBelowTheFirstWavelength:
         "case",
         [
             {"second": long},
+            {"excitation": "350:700:50"},  # begun earlier than asked for, as early as anything excites
             {"component": "reflected"},
             {"method": "another"},
             {"converted": "from other bands"},

@@ -12,7 +12,7 @@ GRID = Wavelengths(400, 600, 50)
 DYE = Material(
     "dye",
     Spectrum.constant(0.5),
-    (Fluorophore(Spectrum([400, 450, 500, 600], [0, 0, 0.4, 0.2]), Spectrum([350, 450, 500], [1, 1, 0])),),
+    (Fluorophore(Spectrum([400, 450, 500, 600], [0, 0, 0.24, 0.12]), Spectrum([400, 450, 500], [1, 1, 0])),),
 )
 QUICK = StagedOptions(emitters=2, repeats=1, patch_samples=32)
 

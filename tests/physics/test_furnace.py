@@ -65,7 +65,9 @@ class Furnace:
         xml = furnace(SIZE, spp, max_depth=max_depth, rr_depth=rr_depth)
         scene = load_scene(write(folder, xml), materials={"cavity": paint("dye", S, alpha, beta)})
         self.spp = spp
-        self.image: SpectralImage = render(scene, wavelengths=grid, seed=1, component_errors=True)
+        self.image: SpectralImage = render(
+            scene, wavelengths=grid, excitation="grid", seed=1, component_errors=True
+        )
         scatterings = None if max_depth < 0 else max_depth - 1
         D_L = luminescence(alpha, beta, grid)
         self.expected = cavity(sampled(S, grid), D_L, sampled(light_values(), grid), scatterings)

@@ -3,7 +3,8 @@
 Rationale
     On a grid the Stokes limit and the integrals over excitation are sums, so a picture depends on the grid a
     little, and on the weight of excitation at the emission wavelength ("half" or "strict"). None of this may
-    come from the renderer: the closed form of the furnace, with the matrix on the grid in use, has it all.
+    come from the renderer: the closed form of the furnace, with the matrix on the grid in use, has it all. Only
+    wavelengths of the grid excite here; `test_ultraviolet` has those below it.
     Steps of 2.5, 5 and 10 nm; 360-700 nm and 300-780 nm.
 Expected
     Components within 0.2 %, or 4.5 standard errors where these are larger. The visible part of a 300-780 nm
@@ -45,7 +46,7 @@ def rendered(
 ) -> SpectralImage:
     xml = furnace(48, spp, L=light, max_depth=depth, rr_depth=10 if depth < 0 else 1000)
     scene = load_scene(write(folder, xml), materials={"cavity": paint("dye", S, ALPHA, BETA)})
-    return render(scene, wavelengths=grid, seed=7, stokes=stokes)  # type: ignore[arg-type]
+    return render(scene, wavelengths=grid, excitation="grid", seed=7, stokes=stokes)  # type: ignore[arg-type]
 
 
 def closed(grid: Wavelengths, equal: float = 0.5) -> Array:

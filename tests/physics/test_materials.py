@@ -107,7 +107,10 @@ def sheet(folder: Path, cells: Array, name: str = "sheet.csv") -> Path:
 @pytest.mark.parametrize("dyes", [1, 2, 3, 4])
 def test_several_fluorophores(dyes: int, tmp_path: Path) -> None:
     image = render(
-        load_scene(scene(tmp_path), materials={"ball": several(dyes)}), wavelengths=GRID, seed=dyes
+        load_scene(scene(tmp_path), materials={"ball": several(dyes)}),
+        wavelengths=GRID,
+        excitation="grid",
+        seed=dyes,
     )
     assert_shows(image, sampled(S, GRID) * L, band_weighted(dyes) @ L)
 
@@ -117,7 +120,9 @@ def test_measured_matrix_in_full(tmp_path: Path) -> None:
     cells = measured_cells()
     sheet(tmp_path, cells)
     bsdf = '<bsdf type="fluorescent"> <string name="donaldson" value="sheet.csv"/> </bsdf>'
-    image = render(load_scene(scene(tmp_path, bsdf, size=48, spp=64)), wavelengths=GRID, seed=3)
+    image = render(
+        load_scene(scene(tmp_path, bsdf, size=48, spp=64)), wavelengths=GRID, excitation="grid", seed=3
+    )
     S_cells = np.diag(cells)
     D_L = cells - np.diag(S_cells)
     assert_shows(image, S_cells * L, D_L @ L)
@@ -136,8 +141,8 @@ def test_matrix_and_its_factors_are_the_same_surface(tmp_path: Path) -> None:
     path = scene(tmp_path)
     factors = load_scene(path, materials={"ball": several(2)})
     matrix = load_scene(path, materials={"ball": str(tmp_path / "sheet.csv")})
-    strict = render(factors, wavelengths=GRID, seed=4, stokes="strict")
-    full = render(matrix, wavelengths=GRID, seed=4)
+    strict = render(factors, wavelengths=GRID, excitation="grid", seed=4, stokes="strict")
+    full = render(matrix, wavelengths=GRID, excitation="grid", seed=4)
     a, b = (image.dataset["radiance"].values for image in (strict, full))
     assert np.abs(a - b).max() < ROUNDING * a.max()
 
@@ -154,7 +159,7 @@ def test_mixture_in_a_scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     write(tmp_path / "paints", head + table, "A.csv")
     monkeypatch.setenv("FLUORSPAR_MATERIALS", str(tmp_path / "paints"))
     bsdf = '<bsdf type="fluorescent"> <string name="material" value="A:0.3,B:0.7"/> </bsdf>'
-    image = render(load_scene(scene(tmp_path, bsdf)), wavelengths=GRID, seed=6)
+    image = render(load_scene(scene(tmp_path, bsdf)), wavelengths=GRID, excitation="grid", seed=6)
     S_cells = np.diag(cells)
     dye = luminescence(*DYES[2], GRID)
     reflected = (0.3 * sampled(S, GRID) + 0.7 * S_cells) * L
@@ -173,7 +178,7 @@ def test_concentration_scales_luminescence_only(kind: str, tmp_path: Path) -> No
         else '<string name="donaldson" value="sheet.csv"/>'
     )
     bsdf = f'<bsdf type="fluorescent"> {what} <float name="concentration" value="0.4"/> </bsdf>'
-    image = render(load_scene(scene(tmp_path, bsdf)), wavelengths=GRID, seed=7)
+    image = render(load_scene(scene(tmp_path, bsdf)), wavelengths=GRID, excitation="grid", seed=7)
     if kind == "factors":
         assert_shows(image, sampled(S, GRID) * L, 0.4 * luminescence(alpha, beta, GRID) @ L)
     else:
@@ -185,7 +190,7 @@ def test_concentration_that_makes_photons_is_refused(tmp_path: Path) -> None:
     """The photon yield is checked after scaling: 0.35 of emission times 10 cannot be."""
     strong = paint("strong", S, *DYES[1]).with_concentration(10)
     with pytest.raises(MaterialError, match="more photons"):
-        render(load_scene(scene(tmp_path), materials={"ball": strong}), wavelengths=GRID)
+        render(load_scene(scene(tmp_path), materials={"ball": strong}), wavelengths=GRID, excitation="grid")
 
 
 def _pairs(values: Array) -> str:

@@ -35,7 +35,7 @@ def shown(
     xml = f"""<scene version="3.0.0"> {sensor(8, spp, origin="0, 0, 10", target="0, 0, 0", fov=0.57)}
         {light} {shape} </scene>"""
     scene = load_scene(write(folder, xml), materials={"sheet": paint("dye", S, ALPHA, BETA)})
-    return render(scene, wavelengths=GRID, seed=8)
+    return render(scene, wavelengths=GRID, excitation="grid", seed=8)
 
 
 def assert_shows(image: SpectralImage, E: Array, rtol: float) -> None:
@@ -80,7 +80,7 @@ def test_disk_light(tmp_path: Path) -> None:
     xml = f"""<scene version="3.0.0"> {sensor(8, 4096, origin="0.7, 0, 10.7", target="0, 0, 10", fov=2)}
         {light} {sheet} </scene>"""
     scene = load_scene(write(tmp_path, xml), materials={"sheet": paint("dye", S, ALPHA, BETA)})
-    image = render(scene, wavelengths=GRID, seed=8, max_depth=2)
+    image = render(scene, wavelengths=GRID, excitation="grid", seed=8, max_depth=2)
     # 64 x 4096 samples that scatter by less than 0.5: known to 0.1 %
     assert_shows(image, L / 2, 0.0045)
 
@@ -116,7 +116,7 @@ def test_two_sides(side: str, tmp_path: Path) -> None:
             <bsdf type="diffuse" id="front"/> <bsdf type="diffuse" id="back"/> </bsdf> </shape> </scene>"""
     other = paint("white", 0.7)
     materials = {"front": paint("dye", S, ALPHA, BETA), "back": other}
-    image = render(load_scene(write(tmp_path, xml), materials=materials), wavelengths=GRID)
+    image = render(load_scene(write(tmp_path, xml), materials=materials), wavelengths=GRID, excitation="grid")
     if side == "front":
         assert_shows(image, L / np.pi, 1e-5)
     else:

@@ -43,7 +43,7 @@ def photon_conserving() -> Material:
 def test_every_scattering_conserves_photons(scatterings: int, tmp_path: Path) -> None:
     xml = furnace(48, 64, max_depth=scatterings + 1, rr_depth=1000)
     scene = load_scene(write(tmp_path, xml), materials={"cavity": photon_conserving()})
-    image = render(scene, wavelengths=GRID, seed=6)
+    image = render(scene, wavelengths=GRID, excitation="grid", seed=6)
     photons = image.total().values.astype(float) @ GRID.values / (GRID.values @ sampled(light_values(), GRID))
     if scatterings == 0:
         np.testing.assert_allclose(photons, 1, rtol=1e-6)

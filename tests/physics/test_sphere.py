@@ -114,7 +114,7 @@ def rendered(tmp_path_factory: pytest.TempPathFactory) -> tuple[SpectralImage, A
         np.array([luminescence(*dye, GRID) for dye in DYES]),
         np.array([sampled(light, GRID) for light in L]),
     )
-    return render(scene, wavelengths=GRID, seed=3), expected
+    return render(scene, wavelengths=GRID, excitation="grid", seed=3), expected
 
 
 @pytest.mark.parametrize("part", [0, 1], ids=["cap", "rest"])

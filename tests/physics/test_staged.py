@@ -55,7 +55,7 @@ def observations(scene: Scene, options: StagedOptions, seeds: int = 6, mask: Arr
     """Means over the pixels that count, one per seed; ndarray of shape (seeds, components, N)."""
     means = []
     for seed in range(seeds):
-        image = render(scene, wavelengths=GRID, method="staged", seed=seed, staged=options)
+        image = render(scene, wavelengths=GRID, excitation="grid", method="staged", seed=seed, staged=options)
         values = image.dataset["radiance"].values.astype(float)
         means.append(values[:, mask].mean(1) if mask is not None else values.mean((1, 2)))
     return np.array(means)
@@ -133,7 +133,9 @@ def test_stripes_finer_than_pixels(tmp_path: Path) -> None:
     ]
     scene = load_scene(write(tmp_path, text), materials={f"stripe-{k}": paints[k % 2] for k in range(128)})
     scene = replace(scene, settings=replace(scene.settings, max_depth=2))
-    image = render(scene, wavelengths=GRID, method="staged", staged=replace(FAST, repeats=2))
+    image = render(
+        scene, wavelengths=GRID, excitation="grid", method="staged", staged=replace(FAST, repeats=2)
+    )
     E = sampled(light_values(), GRID)
     D_L = (
         luminescence(bell(560, 40, 0.3), bell(480, 40), GRID)
@@ -169,7 +171,7 @@ def test_a_two_material_edge_across_every_pixel(tmp_path: Path) -> None:
     ]
     scene = load_scene(write(tmp_path, text), materials={f"stripe-{k}": paints[k % 2] for k in range(4)})
     found = observations(scene, replace(FAST, emitters=4), seeds=4)
-    expected = render(scene, wavelengths=GRID, spp=65536)
+    expected = render(scene, wavelengths=GRID, excitation="grid", spp=65536)
     for number in range(1, 6):
         values = expected.component(COMPONENTS[number]).values.astype(float).mean((0, 1))
         assert_mean(found[:, number], values, 0.04, allowance=0.01)
@@ -269,7 +271,9 @@ def test_sphere_of_two_materials(tmp_path: Path) -> None:
         np.array([light, light]),
     )
     # which pixels show the cap: those whose reflection is the cap's
-    first = render(scene, wavelengths=GRID, method="staged", staged=replace(FAST, repeats=1))
+    first = render(
+        scene, wavelengths=GRID, excitation="grid", method="staged", staged=replace(FAST, repeats=1)
+    )
     y1 = first.component("direct_reflection").values.mean(-1)
     levels = closed[:, 1].mean(-1)
     mask = np.abs(y1 - levels[0]) < 0.1 * np.abs(levels[1] - levels[0])
@@ -285,8 +289,10 @@ def test_agrees_with_paths_in_the_cornell_box() -> None:
     below 1 % of component 5. Expected: image means agree within 1 % (total) and 3 % (each component), pixels
     without bias."""
     scene = load_scene("cornell-box").with_settings(width=24, height=24, spp=256)
-    staged = render(scene, wavelengths=GRID, method="staged", staged=StagedOptions(repeats=4))
-    paths = render(scene, wavelengths=GRID, spp=1024)
+    staged = render(
+        scene, wavelengths=GRID, excitation="grid", method="staged", staged=StagedOptions(repeats=4)
+    )
+    paths = render(scene, wavelengths=GRID, excitation="grid", spp=1024)
     means = {
         method: np.array([image.component(name).values.mean((0, 1)) for name in COMPONENTS[1:6]])
         for method, image in (("staged", staged), ("paths", paths))

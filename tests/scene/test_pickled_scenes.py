@@ -19,7 +19,7 @@ from fluorspar import Material, Scene, Spectrum, load_scene, render
 from fluorspar.errors import ApproximationWarning, SceneError, SceneNotice
 from fluorspar.scene.variants import use_variant
 
-OPTIONS: dict[str, Any] = {"spp": 2, "seed": 3, "wavelengths": "400:700:50"}
+OPTIONS: dict[str, Any] = {"spp": 2, "seed": 3, "wavelengths": "400:700:50", "excitation": "grid"}
 RENDER = f"""
 import pickle, sys
 from pathlib import Path

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fluorspar.bispectral.checks import check_photon_yield, check_stokes_side, photon_yield
+from fluorspar.bispectral.checks import check_photon_yield, check_stokes_side
 from fluorspar.bispectral.conversions import (
     Stokes,
     density_from_band,
@@ -141,7 +141,25 @@ class DonaldsonMatrix:
     @property
     def is_fluorescent(self) -> bool:
         """Whether D_L has any value other than 0 on this grid."""
-        return bool(np.any(self.density()))
+        return bool(self.luminescent_bands[0].any())
+
+    @property
+    def luminescent_bands(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which wavelengths D_L emits, and which excite it; two ndarrays of shape (N,).
+
+        Examples
+        --------
+        >>> DonaldsonMatrix.from_band([[0.5, 0], [0.2, 0.4]], Wavelengths(400, 410, 10)).luminescent_bands
+        (array([False,  True]), array([ True, False]))
+        """
+        if self.luminescent is not None:
+            cells = self.luminescent != 0
+            return cells.any(axis=1), cells.any(axis=0)
+        emits, excites = self.emission != 0, self.excitation != 0
+        return (
+            np.any(emits & (self._up_to(excites.astype(float)) > 0), axis=0),
+            np.any(excites & (self._from(emits.astype(float)) > 0), axis=0),
+        )
 
     @property
     def rank(self) -> int:
@@ -206,11 +224,26 @@ class DonaldsonMatrix:
         if self.luminescent is not None:
             return np.asarray(h * (E @ self.luminescent.T))
         y = np.zeros_like(E)
-        own = 0.5 if self.stokes == "half" else 1.0
         for alpha, beta in zip(self.emission, self.excitation, strict=True):
-            absorbed = h * beta * E
-            y += alpha * (np.cumsum(absorbed, axis=-1) - own * absorbed)
+            y += alpha * self._up_to(h * beta * E)
         return y
+
+    def _up_to(self, values: Array) -> Array:
+        """Sum over the wavelengths up to each one, which itself counts as the Stokes rule says; shape (..., N)."""
+        own = 0.5 if self.stokes == "half" else 1.0
+        return np.asarray(np.cumsum(values, axis=-1) - own * values)
+
+    def _from(self, values: Array) -> Array:
+        """Sum over the wavelengths from each one on, likewise."""
+        return self._up_to(values[..., ::-1])[..., ::-1]
+
+    def _given_out(self, weights: Array) -> Array:
+        """Sum of h D_L over emission with weights, for each excitation wavelength; all of shape (N,)."""
+        if self.luminescent is not None:
+            return np.asarray(self.wavelengths.step * (weights @ self.luminescent))
+        return np.asarray(
+            self.wavelengths.step * np.sum(self.excitation * self._from(weights * self.emission), axis=0)
+        )
 
     def apply(self, illumination: ArrayLike) -> Array:
         """Return the radiance D E that leaves the surface; `illumination` and result of shape (..., N).
@@ -249,7 +282,7 @@ class DonaldsonMatrix:
     def luminescent_photon_yield(self) -> Array:
         """Return the luminescent part of `photon_yield`, ndarray of shape (N,)."""
         w = self.wavelengths.values
-        return photon_yield(self.wavelengths.step * self.density(), w, w)
+        return self._given_out(w) / w  # a photon has energy hc / lambda
 
     def energy_yield(self) -> Array:
         """Return energy out per energy in, for each excitation wavelength, ndarray of shape (N,).
@@ -259,7 +292,7 @@ class DonaldsonMatrix:
         >>> DonaldsonMatrix.from_band([[0.1, 0], [0.4, 0.7]], Wavelengths(400, 500, 100)).energy_yield()
         array([0.5, 0.7])
         """
-        return np.asarray(self.reflectance + self.wavelengths.step * self.density().sum(axis=0))
+        return self.reflectance + self._given_out(np.ones(len(self.wavelengths)))
 
     def check(self, name: str = "", *, orientation: bool = True) -> DonaldsonMatrix:
         """Return the matrix as it is if a real surface could have it.
@@ -301,8 +334,8 @@ class DonaldsonMatrix:
             raise MaterialError(
                 message(fault, where=f"{where}, {grid[worst]:g} nm", got=got, expected="0 to 1")
             )
-        if orientation:
-            check_stokes_side(self.wavelengths.step * self.density(), grid, grid, where)
+        if orientation and self.luminescent is not None:  # factors have nothing above the diagonal
+            check_stokes_side(self.wavelengths.step * self.luminescent, grid, grid, where)
         check_photon_yield(self.photon_yield(), grid, where)
         return self
 

@@ -6,12 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.bispectral.conditions import measurement_condition
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
+from fluorspar.bispectral.excitation import excitation_grid
 from fluorspar.bispectral.lamp import WIDE, grid_for, lamp_on
 from fluorspar.bispectral.material import Material
 from fluorspar.bispectral.shown_colour import LampColour
 from fluorspar.colour.observers import CIE_1931, observer_named
 from fluorspar.colour.xyz import observer_weights
 from fluorspar.errors import SpectrumError, message
+from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -27,6 +30,7 @@ def colour_under_lamp(
     uv_cut: float | None = None,
     observer: str | int = CIE_1931,
     wavelengths: Wavelengths | None = None,
+    excitation: str = "full",
 ) -> LampColour:
     """Return the colour of a material under a lamp.
 
@@ -43,8 +47,10 @@ def colour_under_lamp(
     observer : str or int
         2 or 10 (degrees), or a name, see `observer_named`.
     wavelengths : Wavelengths, optional
-        The grid; the light of all its wavelengths excites. 300-780 nm by 5 by default, or as fine as the lamp is
-        tabulated, down to 1 nm.
+        The grid of what is shown. 300-780 nm by 5 by default, or as fine as the lamp is tabulated, down to 1 nm.
+    excitation : str
+        "full": light excites that the grid does not hold, too, as far down as the lamp and the excitation of the
+        material overlap; "grid": only light of its wavelengths does.
 
     Returns
     -------
@@ -55,7 +61,7 @@ def colour_under_lamp(
     SpectrumError
         If there is no such illuminant, or nothing of its light is seen.
     OptionError
-        If there is no such observer, or the cut leaves no light.
+        If there is no such observer or excitation, or the cut leaves no light.
     MaterialError
         If the material is physically impossible.
 
@@ -77,9 +83,11 @@ def colour_under_lamp(
     >>> bool(with_uv.lab[2] < without.lab[2])  # a brightener takes away yellow
     True
     """
-    grid = wavelengths or grid_for(lamp)
-    light, words = lamp_on(lamp, grid, uv_cut)
-    return _shown(material, light, None, words, grid, observer)
+    spectrum = illuminant(lamp) if isinstance(lamp, str) else lamp
+    grid = wavelengths or grid_for(spectrum)
+    computed = excitation_grid(grid, [material], [spectrum], excitation)
+    light, words = lamp_on(spectrum, computed, uv_cut)
+    return _shown(material.on(computed), light, None, words, grid, observer)
 
 
 def colour_under_condition(
@@ -88,6 +96,7 @@ def colour_under_condition(
     *,
     observer: str | int = CIE_1931,
     wavelengths: Wavelengths = WIDE,
+    excitation: str = "full",
 ) -> LampColour:
     """Return the colour of a material as ISO 13655 wants it measured and calculated.
 
@@ -102,6 +111,8 @@ def colour_under_condition(
     observer : str or int
         2 or 10 (degrees), or a name, see `observer_named`; ISO 13655 wants CIE 1931.
     wavelengths : Wavelengths
+    excitation : str
+        "full" or "grid", see `colour_under_lamp`.
 
     Returns
     -------
@@ -110,7 +121,7 @@ def colour_under_condition(
     Raises
     ------
     OptionError
-        If there is no such condition or observer.
+        If there is no such condition, observer or excitation.
     MaterialError
         If the material is physically impossible.
 
@@ -123,22 +134,26 @@ def colour_under_condition(
     True
     """
     how = measurement_condition(condition)
-    light, _ = lamp_on(how.source, wavelengths, how.uv_cut)
+    computed = excitation_grid(wavelengths, [material], [illuminant(how.source)], excitation)
+    light, _ = lamp_on(how.source, computed, how.uv_cut)
     viewed_in, _ = lamp_on(how.viewed_in, wavelengths)
     words = f"{how.name}: {how.meaning}, seen in {how.viewed_in}"
-    return _shown(material, light, viewed_in, words, wavelengths, observer)
+    return _shown(material.on(computed), light, viewed_in, words, wavelengths, observer)
 
 
 def _shown(
-    material: Material,
+    D: DonaldsonMatrix,
     light: Array,
     viewed_in: Array | None,
     lamp: str,
     grid: Wavelengths,
     observer: str | int,
 ) -> LampColour:
-    D = material.on(grid)
+    """Colour on a grid, of light on that of the matrix, which may begin earlier."""
     seen_by = observer_named(observer)
+    held = slice(len(light) - len(grid), None)
+    reflected, luminescent = D.reflect(light)[held], D.apply_luminescent(light)[held]
+    light = light[held]
     if not np.all(light @ observer_weights(grid, seen_by) > 0):
         fault = "nobody sees this light, so no colour can be named relative to its white"
         raise SpectrumError(
@@ -148,4 +163,4 @@ def _shown(
                 expected="light of short, medium and long wavelengths between 380 and 780 nm",
             )
         )
-    return LampColour(grid, lamp, light, D.reflect(light), D.apply_luminescent(light), viewed_in, seen_by)
+    return LampColour(grid, lamp, light, reflected, luminescent, viewed_in, seen_by)

@@ -23,6 +23,7 @@ __all__ = [
     "ApertureOption",
     "CameraOption",
     "DefineOption",
+    "ExcitationOption",
     "LibraryOption",
     "ObserverOption",
     "limits_of",
@@ -50,6 +51,14 @@ ObserverOption: TypeAlias = Annotated[
         metavar="2|10|NAME",
         help="Standard observer of colours: 2 or 10 degrees (CIE 1931, CIE 1964), or its name, such as "
         f"'{OBSERVERS[-1]}'. Luminance is always that of CIE 1931.",
+    ),
+]
+
+ExcitationOption: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="full|grid",
+        help="full: light below the grid excites too, as far as lamps and materials reach; grid: only its own does.",
     ),
 ]
 

@@ -10,7 +10,14 @@ import typer
 
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
-from fluorspar.cli.options import LibraryOption, mesh_parameter, pairs, size_of, staged_options
+from fluorspar.cli.options import (
+    ExcitationOption,
+    LibraryOption,
+    mesh_parameter,
+    pairs,
+    size_of,
+    staged_options,
+)
 from fluorspar.cli.outputs import print_timings
 from fluorspar.image.formats.registry import SUFFIXES_WRITTEN
 from fluorspar.scene.objects.mesh_file import FORMATS as MESHES
@@ -50,6 +57,7 @@ def render(
     wavelengths: Annotated[
         str, typer.Option(metavar="START:STOP:STEP", help="Wavelength grid in nm.")
     ] = "360:700:5",
+    excitation: ExcitationOption = "full",
     method: Annotated[
         str,
         typer.Option(
@@ -170,6 +178,7 @@ def render(
             seed=seed,
             size=size_of(size),
             wavelengths=wavelengths,
+            excitation=excitation,
             method=method,
             max_depth=max_depth,
             rr_depth=rr_depth,

@@ -95,17 +95,21 @@ def _unlike(sides: tuple[Side, Side], compared: list[str | None]) -> list[str]:
 
 
 def _missing_excitation(sides: tuple[Side, Side], compared: list[str | None]) -> list[str]:
-    """Say that luminescence differs between renders whose grids begin at different wavelengths."""
-    starts = []
+    """Say that luminescence differs between renders in which different wavelengths excite."""
+    starts, full = [], []
     for side, what in zip(sides, compared, strict=True):
         if not isinstance(side, SpectralImage) or _is_whole(side) or "converted" in side.attrs:
             return []  # the grid of the render is not known
         if side.attrs.get("method") not in METHODS or not _luminesces(side, what):
             return []
-        starts.append(side.wavelengths.start)
-    if abs(starts[0] - starts[1]) < _SAME:
-        return []
+        held = side.wavelengths.start
+        starts.append(float(str(side.attrs.get("excitation", held)).partition(":")[0]))
+        full.append(
+            starts[-1] < held - _SAME
+        )  # it was begun earlier than asked for: as early as anything excites
     late = int(starts[1] > starts[0])
+    if abs(starts[0] - starts[1]) < _SAME or full[late]:
+        return []
     return [
         f"Luminescence: {'AB'[late]} was rendered from {starts[late]:g} nm on, so what {starts[1 - late]:g}-"
         f"{starts[late]:g} nm excites is in {'BA'[late]} only, which is part of the difference."

@@ -84,7 +84,7 @@ def _survival(job: RenderJob) -> NDArray[np.float64]:
     -------
     ndarray of shape (rows,)
     """
-    matrices = job.scene.matrices(job.grid)
+    matrices = job.scene.matrices(job.computed_grid)
     of_rows = np.array([min(1.0, matrix.energy_yield().max()) for matrix in matrices])
     lobes = job.scene.lobes
     if lobes is None or not len(lobes.colours):

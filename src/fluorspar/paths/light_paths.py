@@ -55,6 +55,7 @@ class LightPaths:
         *,
         wavelengths: Wavelengths | str | ArrayLike | None = None,
         stokes: Stokes | None = None,
+        excitation: str | None = None,
         component_errors: bool | None = None,
         threads: int | None = None,
         output: str | os.PathLike[str] | None = None,
@@ -67,7 +68,7 @@ class LightPaths:
         wavelengths : Wavelengths, str or array_like of shape (N,), optional
             Grid in nm, see `fluorspar.render`; default: that of the job. On another grid the image is as right, but
             not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band.
-        stokes, component_errors, threads, output, progress : optional
+        stokes, excitation, component_errors, threads, output, progress : optional
             See `fluorspar.render`; default: as traced.
 
         Returns
@@ -86,6 +87,7 @@ class LightPaths:
             self.job,
             grid=self.job.grid if wavelengths is None else read_grid(wavelengths),
             stokes=self.job.stokes if stokes is None else stokes,
+            excitation=self.job.excitation if excitation is None else excitation,
             component_errors=self.job.component_errors if component_errors is None else component_errors,
             threads=self.job.threads if threads is None else threads,
         )

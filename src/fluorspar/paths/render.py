@@ -73,14 +73,11 @@ def render_chunks(
 
 
 def _tables(job: RenderJob, chunk: Chunk | None = None) -> SpectralTables | LobeTables:
-    """Spectra of the scene's materials and lights on the job's grid, and of the rows that a chunk brings along."""
-    matrices = job.scene.matrices(job.grid, job.stokes)
+    """Spectra of the scene's materials and lights on the computed grid, and of the rows that a chunk brings along."""
+    grid, lobes = job.computed_grid, job.scene.lobes
+    matrices = job.matrices()
+    if lobes is not None:
+        return lobe_tables(matrices, lobes, job.lights(), lobes.more_on(grid, job.stokes))
     if chunk is not None:
-        matrices += [material.on(job.grid, stokes=job.stokes) for material in chunk.materials]
-    lights = [light.spectrum.on(job.grid) for light in job.scene.lights]
-    lobes = job.scene.lobes
-    return (
-        spectral_tables(matrices, lights)
-        if lobes is None
-        else lobe_tables(matrices, lobes, lights, lobes.more_on(job.grid, job.stokes))
-    )
+        matrices += [material.on(grid, stokes=job.stokes) for material in chunk.materials]
+    return spectral_tables(matrices, job.lights())

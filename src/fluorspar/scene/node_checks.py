@@ -45,10 +45,10 @@ def check_numbers(state: Any) -> None:
             where = f"'{key}' of {label(node, index)}"
             bad = values[~(np.abs(values) < LARGEST)]
             if bad.size:
-                expected = f"finite numbers between -{LARGEST:g} and {LARGEST:g}"
-                raise SceneError(
-                    message("a number is not usable", where=where, got=f"{bad[0]:g}", expected=expected)
-                )
+                fault = "a number is too large" if np.isfinite(bad[0]) else "this is not a finite number"
+                where += _wavelength_of(node.props, key, bad[0])
+                expected = f"a number between -{LARGEST:g} and {LARGEST:g}"
+                raise SceneError(message(fault, where=where, got=f"{bad[0]:g}", expected=expected))
             if key == "direction" and not values.any():
                 raise SceneError(
                     message("a direction has length 0", where=where, expected="a vector that is not 0")
@@ -77,6 +77,17 @@ def _numbers(props: Any, key: str) -> NDArray[np.float64]:
     if value_type in (types.Float, types.Integer, types.Vector, types.Color):
         return np.array(props[key], dtype=np.float64).ravel()
     return np.zeros(0)
+
+
+def _wavelength_of(props: Any, key: str, value: float) -> str:
+    """Where in a spectrum a value is, in words."""
+    import mitsuba as mi
+
+    if props.type(key) != mi.Properties.Type.Spectrum:
+        return ""
+    table = props[key]
+    pairs = zip(table.wavelengths, table.values, strict=False)
+    return next((f", {w:g} nm" for w, v in pairs if v == value or (np.isnan(v) and np.isnan(value))), "")
 
 
 def _scaled(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

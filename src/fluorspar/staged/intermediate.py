@@ -28,6 +28,8 @@ class Intermediate:
         Made if it does not exist.
     grid : Wavelengths
         Wavelengths of the images.
+    computed : Wavelengths, optional
+        Those of what is given to it, if they begin earlier; also of patches.
 
     Raises
     ------
@@ -43,8 +45,10 @@ class Intermediate:
     ['E_D-red-wall.nc', 'E_D-red-wall.png']
     """
 
-    def __init__(self, folder: str | Path | None, grid: Wavelengths) -> None:
-        self.folder, self.grid = folder, grid
+    def __init__(
+        self, folder: str | Path | None, grid: Wavelengths, computed: Wavelengths | None = None
+    ) -> None:
+        self.folder, self.grid, self.computed = folder, grid, computed or grid
         if folder is not None:
             try:
                 Path(folder).mkdir(parents=True, exist_ok=True)
@@ -59,7 +63,10 @@ class Intermediate:
             return
         component = "luminescent_reflection" if name.startswith("emitters") else "direct_reflection"
         kept = SpectralImage.from_arrays(
-            values[np.newaxis], self.grid, attrs={"intermediate": name}, components=[component]
+            values[np.newaxis, ..., -len(self.grid) :],
+            self.grid,
+            attrs={"intermediate": name},
+            components=[component],
         )
         for suffix in (".nc", ".png"):
             kept.save(self._path(name, suffix))
@@ -86,7 +93,7 @@ class Intermediate:
                 "area": ("patch", array.areas),
                 "centre": (("patch", "axis"), centre / array.areas[:, np.newaxis]),
             },
-            {"wavelength": ("wavelength", self.grid.values, {"units": "nm"}), "axis": ["x", "y", "z"]},
+            {"wavelength": ("wavelength", self.computed.values, {"units": "nm"}), "axis": ["x", "y", "z"]},
         )
         with replacing(path) as temporary:
             dataset.to_netcdf(temporary, engine="h5netcdf")

@@ -42,9 +42,9 @@ class Passes:
     compiled: set[tuple[int, int]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        self.scene, self.grid, self.seed = self.job.scene, self.job.grid, self.job.seed
+        self.scene, self.grid, self.seed = self.job.scene, self.job.computed_grid, self.job.seed
         self.options: StagedOptions = self.job.options or StagedOptions()
-        self.matrices = self.scene.matrices(self.grid, self.job.stokes)
+        self.matrices = self.job.matrices()
         settings, bands = self.scene.settings, len(self.grid)
         self.depth = settings.max_depth
         self.bounces = self.options.bounces if self.depth == UNLIMITED or self.depth > 2 else 0
@@ -60,12 +60,13 @@ class Passes:
         self.albedo = np.where(
             glowing[:, np.newaxis], np.maximum(self.reflectance, ALBEDO_FLOOR), self.reflectance
         )
-        self.lights = np.array([light.spectrum.on(self.grid) for light in self.scene.lights])
+        self.lights = np.array(self.job.lights())
         self.every = band_groups(range(bands), self.renderer.max_bands)
-        density = np.array([matrix.density() != 0 for matrix in self.matrices])
-        self.exciting = band_groups(np.flatnonzero(density.any(axis=(0, 1))), self.renderer.max_bands)
-        self.emitted = band_groups(np.flatnonzero(density.any(axis=(0, 2))), self.renderer.max_bands)
-        self.kept = Intermediate(self.options.keep_intermediate, self.grid)
+        self.emitted, self.exciting = (
+            band_groups(np.flatnonzero(np.any(bands, axis=0)), self.renderer.max_bands)
+            for bands in zip(*(matrix.luminescent_bands for matrix in self.matrices), strict=True)
+        )
+        self.kept = Intermediate(self.options.keep_intermediate, self.job.grid, self.grid)
 
     @cached_property
     def base(self) -> LoadedScene:

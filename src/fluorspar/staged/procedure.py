@@ -103,11 +103,12 @@ def _all(p: Passes) -> SpectralImage:
     p.expect(len(_DEPTHS) * len(p.every) * p.sampling.passes * p.repeats)
     objects = fluorescent_objects(p) if p.bounces else []
     names = COMPONENTS if p.bounces > 1 else SINGLE_BOUNCE
+    grid = p.job.grid
     mean = np.zeros(0, dtype=np.float32)
     totals: list[NDArray[np.float32]] = []
     for repeat in range(p.repeats):
         try:
-            components = _repeat(p, repeat, objects)[: len(names)]
+            components = _repeat(p, repeat, objects)[: len(names), ..., -len(grid) :]
         except KeyboardInterrupt:
             if not totals:
                 raise
@@ -139,7 +140,7 @@ def _all(p: Passes) -> SpectralImage:
     }
     if done < p.repeats:
         attrs["partial"] = 1
-    return SpectralImage.from_arrays(mean, p.grid, error, attrs, components=names)
+    return SpectralImage.from_arrays(mean, grid, error, attrs, components=names)
 
 
 def _repeat(p: Passes, repeat: int, objects: Sequence[FluorescentObject]) -> NDArray[np.float32]:

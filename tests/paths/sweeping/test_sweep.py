@@ -14,7 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -287,6 +287,18 @@ def test_a_pixel_may_see_many_rows(pool: ThreadPoolExecutor) -> None:
     assert len({vertices[0].row for _, _, vertices in paths.paths[:300] if vertices}) > 40
     found = swept(paths.chunk(), spectral_tables(materials, lamps(1)), pool)
     assert_same(found, reference(paths, materials, lamps(1)))
+
+
+@pytest.mark.parametrize("component_errors", [False, True])
+def test_an_image_may_hold_the_last_bands_only(pool: ThreadPoolExecutor, component_errors: bool) -> None:
+    """The first ones excite, and are not written."""
+    materials = make_materials()
+    chunk, tables = Paths(20, 20, lights=1, rows=len(materials)).chunk(), spectral_tables(materials, lamps(1))
+    whole = swept(chunk, tables, pool, component_errors=component_errors)
+    part = Pixels.empty(chunk.pixels, N - 4, component_errors)
+    sweep(chunk, tables, pool, part)
+    for one, all_of_it in zip(astuple(part), astuple(whole), strict=True):
+        assert one is None or np.array_equal(one, all_of_it[..., 4:])
 
 
 def test_one_light_and_many_lights_agree(pool: ThreadPoolExecutor) -> None:

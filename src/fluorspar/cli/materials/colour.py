@@ -16,7 +16,7 @@ from fluorspar.cli.materials.common import (
     write_columns,
     write_plot,
 )
-from fluorspar.cli.options import LibraryOption, material_files
+from fluorspar.cli.options import ExcitationOption, LibraryOption, material_files
 from fluorspar.cli.targets import check_plot
 from fluorspar.errors import OptionError, message
 from fluorspar.spectral.spectrum import SUFFIXES
@@ -73,6 +73,7 @@ def colour(
             "--stokes-side", help="Leave out the cells of a measured matrix above its diagonal: noise."
         ),
     ] = False,
+    excitation: ExcitationOption = "full",
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE.csv", help="Write the radiance factors to this file."),
@@ -103,9 +104,13 @@ def colour(
         sample = sample.stokes_side()
     if condition is None:
         lamp = light_named(illuminant or "D65")
-        shown = colour_under_lamp(sample, lamp, uv_cut=uv_cut, observer=seen_by, wavelengths=grid)
+        shown = colour_under_lamp(
+            sample, lamp, uv_cut=uv_cut, observer=seen_by, wavelengths=grid, excitation=excitation
+        )
     elif illuminant is None and uv_cut is None:
-        shown = colour_under_condition(sample, condition, observer=seen_by, wavelengths=grid or WIDE)
+        shown = colour_under_condition(
+            sample, condition, observer=seen_by, wavelengths=grid or WIDE, excitation=excitation
+        )
     else:
         fault, fix = "a measurement condition has a lamp of its own", "leave --illuminant and --uv-cut out"
         raise OptionError(message(fault, where="--condition", got=condition, fix=fix))

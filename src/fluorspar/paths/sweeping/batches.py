@@ -77,24 +77,26 @@ def store(
     tally: Any,
     spp: int,
     batches: int,
+    computed: int,
     component_errors: bool,
     radiance: Any,
     error: Any,
     errors: Any,
 ) -> None:
-    """Write the means and standard errors of pixel `p`."""
+    """Write the means and standard errors of pixel `p`, of the last of the `computed` bands that it has room for."""
     bands = radiance.shape[2]
+    skip = computed - bands
     scale = np.float32(1) / np.float32(spp)
     freedom = np.float32(spp) * np.float32(batches - 1)
     for c in range(COMPONENT_COUNT):
         for j in range(bands):
-            radiance[c, p, j] = scale * y[c, j]
+            radiance[c, p, j] = scale * y[c, skip + j]
     for j in range(bands):
-        error[p, j] = _error(tally.sums[TOTAL, j], tally.squares[TOTAL, j], scale, freedom)
+        error[p, j] = _error(tally.sums[TOTAL, skip + j], tally.squares[TOTAL, skip + j], scale, freedom)
     if component_errors:
         for c in range(COMPONENT_COUNT):
             for j in range(bands):
-                errors[c, p, j] = _error(tally.sums[c, j], tally.squares[c, j], scale, freedom)
+                errors[c, p, j] = _error(tally.sums[c, skip + j], tally.squares[c, skip + j], scale, freedom)
 
 
 @numba.njit(inline="always")

@@ -124,7 +124,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                     for c in range(COMPONENT_COUNT):
                         count(tally, c, y[c], end - begin, b, width)
             close_pixel(pixel, seen, y, tables, width)
-            store(at + p, y, tally, spp, batches, component_errors, radiance, error, errors)
+            store(at + p, y, tally, spp, batches, tables.bands, component_errors, radiance, error, errors)
         return stop
 
     keep_code(kernel, f"the sweep of {width} bands")

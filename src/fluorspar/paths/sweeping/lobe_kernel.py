@@ -400,7 +400,18 @@ def compiled_for_lobes(width: int, terms: int, one_light: bool, component_errors
                 if component_errors:
                     for c in range(COMPONENT_COUNT):
                         count(tally, c, y[c], end - begin, b, width)
-            store(at + p, sums, tally, spp, batches, component_errors, radiance, error, errors)
+            store(
+                at + p,
+                sums,
+                tally,
+                spp,
+                batches,
+                tables.spectra.bands,
+                component_errors,
+                radiance,
+                error,
+                errors,
+            )
         return stop
 
     keep_code(kernel, f"the sweep of {width} bands and {terms} lobes")

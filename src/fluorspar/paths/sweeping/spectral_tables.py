@@ -20,6 +20,8 @@ class SpectralTables(NamedTuple):
 
     Attributes
     ----------
+    bands : int
+        How many of the B bands are not padding; an image of fewer holds the last of them.
     lights : ndarray of shape (lights, B)
         L.
     reflectance : ndarray of shape (rows, B)
@@ -40,6 +42,7 @@ class SpectralTables(NamedTuple):
         the luminescence of the row in the light of each lamp.
     """
 
+    bands: int
     lights: NDArray[np.float32]
     reflectance: NDArray[np.float32]
     first: NDArray[np.int64]
@@ -117,6 +120,7 @@ def spectral_tables(
     if len(rules) > 1:
         raise ValueError("all materials of one sweep must use one Stokes rule")
     return SpectralTables(
+        bands=bands,
         lights=pad(np.array(lights, dtype=np.float64).reshape(-1, bands)),
         reflectance=pad(np.array([made.reflectance for made in materials])),
         first=np.array(first, dtype=np.int64),

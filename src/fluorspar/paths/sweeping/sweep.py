@@ -51,7 +51,8 @@ def sweep(
     pool : Executor
         Threads to compute with; the result does not depend on their number.
     out : Pixels
-        Where the result goes; standard errors of the components are estimated if there is room for them.
+        Where the result goes, the last bands if it holds fewer than the tables; standard errors of the components are
+        estimated if there is room for them.
     at : int
         Pixel of `out` that the first one of the chunk becomes.
     """
