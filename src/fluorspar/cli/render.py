@@ -46,6 +46,7 @@ def render(
         typer.Option(
             "-o",
             "--output",
+            metavar="FILE",
             help=f"File to write; the suffix picks the format: {', '.join(SUFFIXES_WRITTEN)}. May be repeated.",
         ),
     ],
