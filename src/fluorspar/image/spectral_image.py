@@ -161,7 +161,7 @@ class SpectralImage:
         path : str or path-like
             The file to be written or replaced; its suffix picks the format.
         compress : bool
-            Pack a NetCDF file without loss: less than half the size, but written about ten times as slowly.
+            Pack a NetCDF file without loss: less than half the size, but written about eight times as slowly.
 
         Raises
         ------
@@ -331,7 +331,6 @@ class SpectralImage:
 
         observer = observer_named(observer)
         xyz = xyz_of(self.dataset, select(component, self.components), observer)
-        observer = observer_named(observer)
         units = "cd m-2" if observer == CIE_1931 and is_radiance(self.dataset.attrs) else "relative"
         return _labelled(xyz, "tristimulus", ["X", "Y", "Z"], f"tristimulus values, {observer}", units)
 
