@@ -59,8 +59,8 @@ def plugin_spectrum(
     if value_type in (types.Float, types.Integer):
         number = float(props[name]) if name in props else default
         if emissive:  # Mitsuba's lights of a plain number are white, which means D65
-            white = mi.load_dict({"type": "constant", "radiance": number})
-            return _tabulate(white, _MITSUBA_RANGE, label)
+            white = mi.load_dict({"type": "constant", "radiance": 1.0})
+            return _tabulate(white, _MITSUBA_RANGE, label).scaled(number)
         return Spectrum.constant(number, name=label)
     if value_type == types.Spectrum:
         table = props[name]
