@@ -1,11 +1,11 @@
 """Feed damaged scenes, tables and images to the command line, and see that it answers as it promises.
 
     python tools/fuzz.py                           # two minutes, as long for each kind
-    python tools/fuzz.py --seconds 600 --seed 7
+    python tools/fuzz.py --seconds 600 --seed 7 --most 1000
     python tools/fuzz.py --only number:31          # one case again, with what it printed
 
 Every command must end with exit code 0 or 2, print no traceback and no control character, die of no signal, take no
-longer than a minute, and write finite pixels only. A case is a kind and a number: the same number makes the same
+longer than three minutes, and write finite pixels only. A case is a kind and a number: the same number makes the same
 files. Cases run inside worker processes, many in each; one that dies or hangs is replaced by another, so what a case
 depends on is mended first if it cannot be repeated alone.
 """
@@ -31,7 +31,8 @@ from typing import Any
 
 from fuzz_cases import GRID, KINDS, SCENES
 
-SLOWEST = 60  # seconds a case may take
+SLOWEST = 180  # seconds a case may take; the first one may compile
+MOST = 100  # cases of a kind, so that a faster machine tries the same ones
 MEMORY = 12 * 2**30  # bytes a worker may ask for
 ANSWERS = (0, 2)
 
@@ -154,7 +155,8 @@ class Worker:
 class Cases:
     """The names of the cases to run, those of the kind next that has had the least time; and what came of them."""
 
-    def __init__(self, only: list[str], kinds: list[str]) -> None:
+    def __init__(self, only: list[str], kinds: list[str], most: int) -> None:
+        self.most = most
         self.only = list(reversed(only))
         self.repeated = bool(only)
         self.spent = dict.fromkeys([] if only else kinds, 0.0)
@@ -165,7 +167,10 @@ class Cases:
         with self.lock:
             if self.repeated:
                 return self.only.pop() if self.only else None
-            kind = min(self.spent, key=self.spent.__getitem__)
+            left = [kind for kind in self.spent if self.taken[kind] < self.most]
+            if not left:
+                return None
+            kind = min(left, key=self.spent.__getitem__)
             self.spent[kind] += 0.1  # until it is known how long it takes
             self.taken[kind] += 1
             return f"{kind}:{self.taken[kind] - 1}"
@@ -190,6 +195,7 @@ def main() -> int:
     )
     parser.add_argument("--seconds", type=float, default=120)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--most", type=int, default=MOST, help="cases of each kind")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
     parser.add_argument(
         "--only", nargs="+", default=[], metavar="KIND:NUMBER", help="these cases, with their output"
@@ -206,7 +212,7 @@ def main() -> int:
         work(given.seed, given.base)
         return 0
     base = Path(tempfile.mkdtemp(prefix="fuzz-base-"))
-    cases = Cases(given.only, given.kinds)
+    cases = Cases(given.only, given.kinds, given.most)
     end = time.monotonic() + given.seconds
 
     def run_cases() -> None:
@@ -227,7 +233,10 @@ def main() -> int:
     finally:
         shutil.rmtree(base, ignore_errors=True)
     print(", ".join(f"{kind}: {cases.failed[kind]} of {cases.counts[kind]} failed" for kind in cases.counts))
-    return 1 if cases.failed.total() else 0
+    idle = [kind for kind in cases.spent if not cases.counts[kind]]
+    if idle:
+        print(f"no case was tried of {', '.join(idle)}: give it more --seconds")
+    return 1 if cases.failed.total() or idle else 0
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ SCENES = (
 <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.2, 0.5, 0.7"/></bsdf></bsdf></shape>
 <emitter type="directional"><vector name="direction" x="0.2" y="-1" z="-1"/>
 <spectrum name="irradiance" type="blackbody"><float name="temperature" value="5000"/></spectrum></emitter>
-<emitter type="spot"><spectrum name="intensity" value="9"/><float name="cutoff_angle" value="30"/>
+<emitter type="spot"><float name="intensity" value="9"/><float name="cutoff_angle" value="30"/>
 <float name="beam_width" value="20"/>
 <transform name="to_world"><lookat origin="0, 2, 3" target="0, 0, 0" up="0, 1, 0"/></transform></emitter></scene>""",
 )

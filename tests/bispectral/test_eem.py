@@ -96,7 +96,7 @@ def test_what_is_refused(options: dict[str, object], error: type[Exception], com
 
 
 def test_units_are_never_guessed() -> None:
-    with pytest.raises(MaterialError, match=r"(?s)needs its units.*--units"):
+    with pytest.raises(MaterialError, match=r"(?s)an EEM needs the units.*--units"):
         material_from_eem(Eem(EM, EX, eem().cells), 0.8, strength=0.5)
 
 

@@ -147,7 +147,8 @@ class TestUsage:
         assert done.err.startswith("error: missing argument 'scene'\n  fix: ")
 
     def test_a_misspelt_scene(self, fluorspar: CommandLine) -> None:
-        assert fluorspar("render", "cornel-box", "-o", "a.nc").says("did you mean 'cornell-box'?")
+        assert fluorspar("render", "cornel-box", "-o", "a.nc").says("did you mean cornell-box")
+        assert fluorspar("info", "cornel-box").says("did you mean cornell-box")
 
     @pytest.mark.parametrize("group", [(), ("materials",)])
     def test_summaries_are_whole(self, group: tuple[str, ...], fluorspar: CommandLine) -> None:

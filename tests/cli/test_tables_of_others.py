@@ -59,7 +59,7 @@ class TestFromEem:
     @pytest.mark.parametrize(
         ("options", "fault"),
         [
-            (("--quantum-yield", 0.8, "--strength", 0.6), "needs its units"),
+            (("--quantum-yield", 0.8, "--strength", 0.6), "an EEM needs the units"),
             (("--quantum-yield", 0.8, "--units", "photon"), "not said, or twice"),
             (("--quantum-yield", 0.8, "--strength", 0.6, "--units", "counts"), "no such units"),
             ((*DYE, "--scatter", 400), "smaller width"),

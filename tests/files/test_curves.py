@@ -201,3 +201,22 @@ class TestUnits:
     def test_percent(self, tmp_path: Path, heading: str) -> None:
         (tmp_path / "a.csv").write_text(f"nm,{heading}\n400,50\n500,80\n")
         np.testing.assert_allclose(read_curve(tmp_path / "a.csv").values, [0.5, 0.8])
+
+
+def test_units_below_the_names(tmp_path: Path) -> None:
+    file = tmp_path / "scans.dat"
+    file.write_text("Wavelength\tex scan\tem scan\nnm\tCPS\tV\n450\t1\t4\n451\t2\t5")
+    assert np.array_equal(read_curve(file, "emission").values, [4, 5])
+
+
+def test_numbers_of_rows_are_no_curve(tmp_path: Path) -> None:
+    file = tmp_path / "frame.csv"
+    file.write_text(",wavelength,value\n0,400,0.1\n1,410,0.2")
+    assert np.array_equal(read_curve(file).values, [0.1, 0.2])
+
+
+def test_another_table_above_is_said_to_be_left_out(tmp_path: Path) -> None:
+    file = tmp_path / "scan.txt"
+    file.write_text("Peaks\nno\tstart\tapex\n1\t450\t451\n\nnm\tData\n450\t1\n451\t2\n452\t1")
+    with pytest.warns(ApproximationWarning, match=r"above the table, line 3"):
+        assert np.array_equal(read_curve(file).values, [1, 2, 1])

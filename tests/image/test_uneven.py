@@ -64,3 +64,8 @@ def test_they_are_brought_to_even_ones(uneven: SpectralImage) -> None:
 def test_they_can_be_compared(uneven: SpectralImage) -> None:
     assert compare(uneven, uneven).grid == Wavelengths(365, 630, 66.25)
     assert "linear interpolation" in str(compare(uneven, uneven))
+
+
+def test_the_grid_that_is_proposed_lies_within_the_bands():
+    with pytest.raises(SpectrumError, match="--wavelengths 401:404:1"):
+        _ = UnevenWavelengths([401, 402, 404]).step

@@ -64,6 +64,15 @@ def test_nothing_is_mitsubas_default(tmp_path: Path) -> None:
     assert [number.at(w) for w in (400, 560)] == pytest.approx([2 * w for w in white], rel=1e-5)
 
 
+def test_a_light_of_0_is_dark(tmp_path: Path) -> None:
+    assert not radiance(tmp_path, '<float name="radiance" value="0"/>').values.any()
+
+
+def test_a_negative_light_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="a light is negative"):
+        radiance(tmp_path, '<float name="radiance" value="-1"/>')
+
+
 def test_inline_table(tmp_path: Path) -> None:
     spectrum = reflectance(tmp_path, '<spectrum name="reflectance" value="300:0.1, 450:0.4, 800:0.2"/>')
     assert spectrum.support == (300, 800)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import mitsuba as mi
 import pytest
@@ -115,3 +116,16 @@ def test_names_that_are_too_long_for_a_file(part: str, tmp_path: Path) -> None:
 def test_the_name_of_a_scene_gets_a_suggestion() -> None:
     with pytest.raises(SceneError, match="did you mean cornell-box"):
         load_scene("cornel-box")
+
+
+def test_a_link_to_itself_is_no_scene(tmp_path: Path) -> None:
+    (tmp_path / "loop.xml").symlink_to("loop.xml")
+    with pytest.raises(SceneError, match="the scene file does not exist"):
+        load_scene(tmp_path / "loop.xml")
+
+
+@pytest.mark.parametrize("part", [{"x": None}, {"x": {"type": "constant", "radiance": None}}])
+def test_none_is_refused(part: dict[str, Any]) -> None:
+    """Mitsuba's parser ends the process at it."""
+    with pytest.raises(SceneError, match=r"is None\n  where:    scene dict, 'x'"):
+        load_scene({"type": "scene", **part})

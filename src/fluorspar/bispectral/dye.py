@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from fluorspar.files.curves import Role, read_curve
 from fluorspar.files.names import file_and_column
 from fluorspar.spectral.spectrum import Spectrum, SpectrumLike, as_spectrum, read_spectrum, trapezoid
 
-__all__ = ["check_order", "dye", "read_dye"]
+__all__ = ["Units", "check_order", "counted_units", "dye", "read_dye"]
 
 Array = NDArray[np.float64]
 Units = Literal["energy", "photon"]
@@ -303,20 +303,31 @@ def _dyed(substrate: Spectrum, absorbed: Spectrum, title: str, assumed: str) -> 
     return Spectrum(w, S * (1 - share), title, assumed)
 
 
-def _in_photons(path: str | Path, units: Units | None, role: Role, power: int) -> Spectrum:
-    curve = read_curve(path, role)
-    stated = curve.keys.get("units", "").lower()
+def counted_units(who: str, stated: str, units: Units | None, where: object) -> Units:
+    """What a file counts: as it says or, if it does not, as the user says.
+
+    Examples
+    --------
+    >>> counted_units("a dye", "", "photon", "dye.csv")
+    'photon'
+    """
     if stated and units and stated != units:
-        fault = "a spectrum of a dye and the option disagree on its units"
+        fault = "a file and the option disagree on its units"
         got = f"'{stated}' in the file, '{units}' as option"
-        raise MaterialError(message(fault, where=path, got=got, fix="drop one of them"))
+        raise MaterialError(message(fault, where=where, got=got, fix="drop one of them"))
     counted = stated or units
     if counted not in ("energy", "photon"):
-        fault = "a dye needs the units of its spectra"
+        fault = f"{who} needs the units of its intensities"
         fix = "write '# units: photon' (counts of a fluorometer) or '# units: energy' (power per nm) into the file, or "
         fix += "say it as units (--units)"
         got, expected = repr(counted or "nothing"), "'energy' or 'photon'"
-        raise MaterialError(message(fault, where=path, got=got, expected=expected, fix=fix))
+        raise MaterialError(message(fault, where=where, got=got, expected=expected, fix=fix))
+    return cast("Units", counted)
+
+
+def _in_photons(path: str | Path, units: Units | None, role: Role, power: int) -> Spectrum:
+    curve = read_curve(path, role)
+    counted = counted_units("a dye", curve.keys.get("units", "").lower(), units, path)
     spectrum = read_spectrum(path, role=role)
     if counted == "photon" or curve.is_absorption:  # a share of the light, however light is counted
         return spectrum

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.bispectral.dye import Units, dye
+from fluorspar.bispectral.dye import Units, counted_units, dye
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning, MaterialError, OptionError, SpectrumError, message
 from fluorspar.spectral.spectrum import Spectrum, SpectrumLike, as_spectrum, check_reflectance
@@ -164,7 +163,7 @@ def material_from_eem(
     if not (np.isfinite(scatter) and scatter >= 0):
         fault = "the width of scattered light is impossible"
         raise OptionError(message(fault, where=title, got=scatter, expected="0 nm or more"))
-    counted = _units(eem, units)
+    counted = counted_units("an EEM", eem.units, units, eem.name)
     emission, excitation, unexplained = _factors(eem, scatter)
     if unexplained > _POOR:
         text = f"{title}: one fluorophore leaves {100 * unexplained:.0f} % of the EEM unexplained; are there several?"
@@ -193,20 +192,6 @@ def material_from_eem(
         dyes = material.fluorophores
         material = Material(title, S, dyes, description=description, credit=credit, assumed=left_out)
     return replace(material, quality=quality)
-
-
-def _units(eem: Eem, units: Units | None) -> Units:
-    if eem.units and units and eem.units != units:
-        fault, fix = "an EEM and the option disagree on its units", "drop one of them"
-        got = f"{eem.units!r} in the file, {units!r} as option"
-        raise MaterialError(message(fault, where=eem.name, got=got, fix=fix))
-    counted = eem.units or units
-    if counted in ("photon", "energy"):
-        return cast("Units", counted)
-    fault, got = "an EEM needs its units", repr(counted or "nothing")
-    fix = "write '# units: photon' (counts of a fluorometer) or '# units: energy' (power per nm) into the file, or "
-    fix += "say it as units (--units)"
-    raise MaterialError(message(fault, where=eem.name, got=got, expected="'energy' or 'photon'", fix=fix))
 
 
 def _factors(eem: Eem, scatter: float) -> tuple[Array, Array, float]:

@@ -42,7 +42,9 @@ def compare(
     b: Annotated[str, typer.Argument(metavar="B", help="What is compared with it, of either kind.")],
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", help=f"File to write: {', '.join(_WRITTEN)}. May be repeated."),
+        typer.Option(
+            "-o", "--output", metavar="FILE", help=f"File to write: {', '.join(_WRITTEN)}. May be repeated."
+        ),
     ] = None,
     points: Annotated[
         Path | None, typer.Option(help="Points file: point, x, y (pixels) or point, x, y, z (scene).")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +15,7 @@ from fluorspar.image.formats.registry import SUFFIXES as IMAGES
 
 __all__ = ["info"]
 
+_ALIKE = 0.9  # a misspelt name of a scene; those of materials are further off
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp")
 
 
@@ -40,7 +42,7 @@ def info(
             console.out.print(str(image), markup=False, highlight=False)
             for name, value in image.attrs.items():
                 console.out.print(f"  {name + ':':<17}{value}", markup=False, highlight=False)
-    elif suffix == ".xml" or file in BUILTIN:
+    elif suffix == ".xml" or (not suffix and get_close_matches(file, BUILTIN, cutoff=_ALIKE)):
         from fluorspar.scene.loading import load_scene
 
         console.out.print(str(load_scene(file)), markup=False, highlight=False)

@@ -30,6 +30,7 @@ def measure(
         typer.Option(
             "-o",
             "--output",
+            metavar="FILE",
             help=f"File to write: .csv (tidy), or {', '.join(FORMATS)} (a panel a point). May be repeated.",
         ),
     ] = None,

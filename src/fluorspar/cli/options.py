@@ -12,7 +12,6 @@ import typer
 
 from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.bispectral.library import ENVIRONMENT
-from fluorspar.colour.observers import OBSERVERS
 from fluorspar.errors import OptionError, message
 
 if TYPE_CHECKING:
@@ -48,9 +47,9 @@ LibraryOption: TypeAlias = Annotated[
 ObserverOption: TypeAlias = Annotated[
     str,
     typer.Option(
-        metavar="2|10|NAME",
-        help="Standard observer of colours: 2 or 10 degrees (CIE 1931, CIE 1964), or its name, such as "
-        f"'{OBSERVERS[-1]}'. Luminance is always that of CIE 1931.",
+        metavar="2|10|2-2015|10-2015",
+        help="Standard observer of colours: CIE 1931 (2), CIE 1964 (10 degrees) or those of CIE 2015, or its full "
+        "name. Luminance is always that of CIE 1931.",
     ),
 ]
 

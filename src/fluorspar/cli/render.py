@@ -46,6 +46,7 @@ def render(
         typer.Option(
             "-o",
             "--output",
+            metavar="FILE",
             help=f"File to write; the suffix picks the format: {', '.join(SUFFIXES_WRITTEN)}. May be repeated.",
         ),
     ],
@@ -61,7 +62,8 @@ def render(
     method: Annotated[
         str,
         typer.Option(
-            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure."
+            metavar="paths|staged",
+            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure.",
         ),
     ] = "paths",
     material: Annotated[
@@ -86,7 +88,11 @@ def render(
         bool, typer.Option("--matte", help="Render textures, gloss and environment maps as their averages.")
     ] = False,
     stokes: Annotated[
-        str, typer.Option(help="half: excitation at the emission wavelength counts half; strict: not at all.")
+        str,
+        typer.Option(
+            metavar="half|strict",
+            help="half: excitation at the emission wavelength counts half; strict: not at all.",
+        ),
     ] = "half",
     component_errors: Annotated[
         bool, typer.Option("--component-errors", help="A standard error for each component too.")
@@ -95,7 +101,9 @@ def render(
         Path | None,
         typer.Option(metavar="DIR", help="Also write a PNG of every component into this folder."),
     ] = None,
-    variant: Annotated[str, typer.Option(help="llvm, or cuda for an NVIDIA GPU.")] = "llvm",
+    variant: Annotated[
+        str, typer.Option(metavar="llvm|cuda", help="The processor, or an NVIDIA GPU.")
+    ] = "llvm",
     threads: Annotated[int | None, typer.Option(help="Threads to use. [default: all cores]")] = None,
     mesh: Annotated[
         Path | None,

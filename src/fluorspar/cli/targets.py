@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def check_files(
         check_suffix(path, suffixes, "--output")
         check_target(path)
         check_not_input(path, *inputs)
-    if len({path.resolve() for path in paths}) < len(paths):
+    if len({os.path.realpath(path) for path in paths}) < len(paths):
         fault, got = "a file is to be written twice", ", ".join(map(str, paths))
         raise OptionError(message(fault, where="--output", got=got, fix="name each file once"))
 

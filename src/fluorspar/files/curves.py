@@ -17,7 +17,7 @@ from fluorspar.files.names import file_and_column
 from fluorspar.files.spdx import read_spdx
 from fluorspar.files.tables import Table, read_table
 
-__all__ = ["Curve", "Role", "is_wavelength", "read_curve", "says"]
+__all__ = ["LONGEST_IN_MICROMETRES", "Curve", "Role", "is_wavelength", "read_curve", "says"]
 
 Array = NDArray[np.float64]
 Role = Literal["", "excitation", "emission"]
@@ -30,7 +30,8 @@ _WORDS = {
 _OTHERS = {"excitation": ("emission",), "emission": ("excitation", "absorption")}
 _WAVELENGTH = re.compile(r"wave ?length|lambda|λ|^wl\b|^nm\.?$|[(\[](nm|[uµμ]m)[)\]]", re.IGNORECASE)
 _MICROMETRES = re.compile(r"\b[uµμ]m\b|micromet|micron", re.IGNORECASE)
-_LONGEST = 50.0  # in micrometres; in nm no spectrum ends there
+LONGEST_IN_MICROMETRES = 50.0
+"""In nm no spectrum ends there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +99,9 @@ def read_curve(path: str | Path, role: Role = "") -> Curve:
     table = read_spdx(file) if file.suffix.lower() == ".spdx" else read_table(file)
     headings = table.header or ("", *(f"column {k}" for k in range(2, len(table.rows[0]) + 1)))
     axes = [k for k, heading in enumerate(headings) if is_wavelength(heading)] or [0]
-    columns = [k for k in range(len(headings)) if k not in axes]
+    columns = [
+        k for k, heading in enumerate(headings) if k not in axes and heading
+    ]  # not the numbers of the rows
     column = _chosen(columns, headings, wanted, role, file)
     axis = max((k for k in axes if k < column), default=axes[0])
     return _curve(table, headings, axis, column, named=bool(table.header) and len(columns) > 1)
@@ -170,7 +173,7 @@ def _curve(table: Table, headings: Sequence[str], axis: int, column: int, *, nam
     if len(at) > 1 and np.all(np.diff(at) < 0):
         at, values = at[::-1], values[::-1]
     stated = bool(_MICROMETRES.search(headings[axis]))
-    if stated or at.max() < _LONGEST:
+    if stated or at.max() < LONGEST_IN_MICROMETRES:
         if not stated:
             text = f"{where}: wavelengths of {at.min():g} to {at.max():g} are taken for micrometres"
             warnings.warn(text, ApproximationWarning, stacklevel=4)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import FluorsparError, SpectrumError, message
+from fluorspar.errors import ApproximationWarning, FluorsparError, SpectrumError, message
 
 __all__ = ["SUFFIXES", "Table", "parse_number", "parse_table", "read_table", "read_text", "table_of_lines"]
 
@@ -25,6 +26,7 @@ SUFFIXES = (".csv", ".txt")
 _LARGEST = 10_000_000  # bytes; a measured matrix has 25 kB
 _KEY = re.compile(r"^#\s*([A-Za-z][\w-]*)\s*:\s*(.*)$")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
+_UNITS = ("nm", "(nm)", "[nm]", "um", "µm")
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f]")  # of no text
 
 Line: TypeAlias = tuple[int, list[str]]
@@ -203,7 +205,7 @@ def parse_table(
         elif line.strip():
             lines.append((number, line))
     try:
-        header, rows = _named(lines) if named_rows else _numeric(lines)
+        header, rows = _named(lines) if named_rows else _numeric(lines, where)
     except _NoLine as err:
         where = f"{where}, line {err.args[0]}"
         raise error(message("a line is not part of a table", where=where, got=err.__cause__)) from err
@@ -268,7 +270,7 @@ def _named(lines: Sequence[tuple[int, str]]) -> tuple[list[Line], list[Line]]:
     return cut[:1], cut[1:]
 
 
-def _numeric(lines: Sequence[tuple[int, str]]) -> tuple[list[Line], list[Line]]:
+def _numeric(lines: Sequence[tuple[int, str]], where: str) -> tuple[list[Line], list[Line]]:
     """Find the table of numbers in a text: its header line, if it has one, and its rows."""
     marks = [mark for mark in "\t;," if any(mark in line for _, line in lines)]
     cuts = {mark: [(at, _split(at, line, mark)) for at, line in lines] for mark in (*marks, None)}
@@ -280,7 +282,12 @@ def _numeric(lines: Sequence[tuple[int, str]]) -> tuple[list[Line], list[Line]]:
     if not widths:
         return [], []
     width = max(widths, key=lambda count: widths[count])
-    first = next(k for k, (_, cells) in enumerate(cut) if _is_row(cells) or _is_broken(cells, width))
+    first = next(k for k, (_, cells) in enumerate(cut) if _is_row(cells) and len(cells) == width)
+    while first > 0 and parse_number(cut[first - 1][1][0]) is not None:
+        first -= 1  # a row gone wrong
+    if others := [str(number) for number, cells in cut[:first] if _is_row(cells)]:
+        text = f"{where}: not read: rows of other numbers above the table, line {', '.join(others)}"
+        warnings.warn(text, ApproximationWarning, stacklevel=4)
     last = max(
         k
         for k, (_, cells) in enumerate(cut)
@@ -305,12 +312,15 @@ def _header(above: Sequence[Line], width: int) -> list[Line]:
         names.append((number, cells[:width]) if fits else None)
     if not names or (header := names[-1]) is None:
         return []
-    if len(names) < 2 or names[0] is None or len(set(header[1][1:])) == width - 1:
+    if len(names) < 2 or names[0] is None:
+        return [header]
+    are_units = header[1][0] in _UNITS and parse_number(header[1][1]) is None
+    if len(set(header[1][1:])) == width - 1 and not are_units:
         return [header]
     title, joined = "", []
     for upper, lower in zip(names[0][1], header[1], strict=True):
         title = upper or title
-        joined.append(f"{title} {lower}".strip())
+        joined.append(title if parse_number(title) is not None else f"{title} {lower}".strip())
     return [(header[0], joined)]
 
 
@@ -321,11 +331,6 @@ def _is_row(cells: Sequence[str]) -> bool:
         and parse_number(cells[0]) is not None
         and all(parse_number(cell) is not None for cell in cells if cell)
     )
-
-
-def _is_broken(cells: Sequence[str], width: int) -> bool:
-    """Whether cells are as many as those of a row, the first of them a number, others not."""
-    return len(cells) == width and parse_number(cells[0]) is not None
 
 
 def _stripped(cells: Sequence[str]) -> Sequence[str]:

@@ -17,6 +17,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from rich.filesize import decimal
+
 from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.files.names import file_and_column
 
@@ -57,6 +59,8 @@ def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
     try:
         path = Path(os.path.realpath(given)) if given.is_symlink() else given
         there, parent = path.exists(), path.parent
+        if path.is_symlink():
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
     except OSError as err:
         raise ImageError(message("the file cannot be written", where=given, got=err.strerror)) from err
     if not parent.is_dir():
@@ -85,8 +89,8 @@ def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
             message(
                 "the disk has too little space left",
                 where=path,
-                got=f"{free / 1e9:.2f} GB free",
-                expected=f"{size / 1e9:.2f} GB",
+                got=f"{decimal(free)} free",
+                expected=decimal(size),
                 fix="free some space, or choose another directory, fewer pixels or fewer wavelengths",
             )
         )

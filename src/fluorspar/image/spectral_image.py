@@ -161,7 +161,7 @@ class SpectralImage:
         path : str or path-like
             The file to be written or replaced; its suffix picks the format.
         compress : bool
-            Pack a NetCDF file without loss: less than half the size, but written about ten times as slowly.
+            Pack a NetCDF file without loss: less than half the size, but written about eight times as slowly.
 
         Raises
         ------

@@ -121,12 +121,15 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str],
         )
     try:
         if isinstance(source, dict):
+            _refuse_none(source, where)
             state = mi.parser.parse_dict(config, source)
         else:
             state = with_spectrum_files(lambda: mi.parser.parse_file(config, str(source), **parameters))
         mi.parser.transform_all(config, state)
         for node in state.nodes:  # text that is no UTF-8 shows when it is read
             str(node.props)
+    except SceneError:
+        raise
     except Exception as err:  # the parser raises bare RuntimeError, TypeError and others
         raise SceneError(
             message("Mitsuba cannot read the scene", where=where, got=err, expected="a valid Mitsuba 3 scene")
@@ -137,6 +140,16 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str],
         )
     _refuse_built_objects(state, where)
     return state
+
+
+def _refuse_none(entries: dict[str, Any], where: str) -> None:
+    """Find None in a scene dict, at which Mitsuba's parser ends the process."""
+    for key, value in entries.items():
+        if value is None:
+            fault = "a value of the scene is None"
+            raise SceneError(message(fault, where=f"{where}, '{key}'", expected="a value, or no such entry"))
+        if isinstance(value, dict):
+            _refuse_none(value, f"{where}, '{key}'")
 
 
 def _refuse_built_objects(state: Any, where: str) -> None:

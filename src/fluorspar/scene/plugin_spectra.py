@@ -113,7 +113,8 @@ def white_light(number: float, label: str) -> Spectrum:
     """The spectrum of Mitsuba's lights of a plain number, which is that of D65."""
     import mitsuba as mi
 
-    return _tabulate(mi.load_dict({"type": "constant", "radiance": number}), _MITSUBA_RANGE, label)
+    white = mi.load_dict({"type": "constant", "radiance": 1.0})  # which takes no number of 0 or below
+    return _tabulate(white, _MITSUBA_RANGE, label).scaled(number)
 
 
 def _evaluate(plugin: Any, wavelengths: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -148,9 +148,9 @@ def recipe_of(
     elif str(source) in BUILTIN:
         absolute = str(source)
         if "mesh" in values:
-            values["mesh"] = str(Path(values["mesh"]).resolve())
+            values["mesh"] = os.path.realpath(values["mesh"])
     else:
-        absolute = Path(source).resolve()
+        absolute = Path(os.path.realpath(source))  # Path.resolve fails at a link to itself
     outside = {
         name: given if isinstance(given, Material) else material(given, library)
         for name, given in (materials or {}).items()
@@ -162,6 +162,6 @@ def recipe_of(
         values,
         outside,
         matte,
-        tuple(Path(folder).resolve() for folder in library),
+        tuple(Path(os.path.realpath(folder)) for folder in library),
         Path.cwd(),
     )

@@ -49,7 +49,7 @@ def light_on(spectrum: Spectrum, grid: Wavelengths, *, above: float = 0.0) -> Ar
     Warns
     -----
     ExtrapolationWarning
-        If the data of the lamp end within the grid.
+        If the data of the lamp end within the grid, and not at 0.
     ApproximationWarning
         If the lamp has lines between the wavelengths of the grid.
 
@@ -64,7 +64,8 @@ def light_on(spectrum: Spectrum, grid: Wavelengths, *, above: float = 0.0) -> Ar
     """
     light, missed = sampled_or_averaged(spectrum, grid, above)
     first, last = spectrum.support
-    if max(grid.start, above) < first - _SAME or grid.stop > last + _SAME:
+    begins, ends = max(grid.start, above) < first - _SAME, grid.stop > last + _SAME
+    if (begins and spectrum.values[0] > 0) or (ends and spectrum.values[-1] > 0):
         text = f"{spectrum.title}: data for {first:g}-{last:g} nm, used on {grid}; assumed: no light outside"
         warnings.warn(text, ExtrapolationWarning, stacklevel=3)
     if missed > _LINES:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import ExtrapolationWarning, SpectrumError, message
 from fluorspar.files import tables
-from fluorspar.files.curves import Role, read_curve
+from fluorspar.files.curves import LONGEST_IN_MICROMETRES, Role, read_curve
 from fluorspar.files.names import file_and_column
 from fluorspar.notebook import curve, facts_table
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -36,7 +36,6 @@ Outside = Literal["warn", "error", "zero", "hold"]
 SUFFIXES = (*tables.SUFFIXES, ".spd", ".spdx")
 """Of files that `read_spectrum` reads."""
 
-_LONGEST_IN_MICROMETRES = 50.0
 _SAME = 1e-6  # nm; wavelengths closer than this are one
 
 
@@ -170,7 +169,7 @@ class Spectrum:
             fault = "a spectrum and the wavelength grid do not overlap"
             fix = (
                 "its wavelengths look like micrometres: give them in nm"
-                if last < _LONGEST_IN_MICROMETRES
+                if last < LONGEST_IN_MICROMETRES
                 else ""
             )
             raise SpectrumError(message(fault, where=self.title, got=str(grid), expected=expected, fix=fix))

@@ -45,14 +45,15 @@ class UnevenWavelengths(Wavelengths):
     @property
     def step(self) -> NoReturn:
         """There is none."""
-        start, stop = np.ceil(self.start / 5) * 5, np.floor(self.stop / 5) * 5
+        step = 5 if self.stop - self.start >= 20 else 1
+        start, stop = np.ceil(self.start / step) * step, np.floor(self.stop / step) * step
         raise SpectrumError(
             message(
                 "the wavelengths are not evenly spaced",
                 got=self,
                 expected="START:STOP:STEP in nm",
                 fix="bring the image to other wavelengths first: "
-                f"fluorspar convert IN OUT --wavelengths {start:g}:{stop:g}:5",
+                f"fluorspar convert IN OUT --wavelengths {start:g}:{stop:g}:{step}",
             )
         )
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
 from fluorspar.files.writing import replacing
+from fluorspar.image.formats.netcdf_layout import PatientFile
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.emitters.patches import EmitterArray
@@ -77,7 +78,9 @@ class Intermediate:
         """Write what the patches of an object receive and emit, ndarrays of shape (K, N)."""
         if self.folder is None:
             return
+        import h5netcdf
         import xarray as xr
+        from xarray.backends import H5NetCDFStore
 
         path = self._path(name, ".nc")
         areas = array.mesh.areas
@@ -95,8 +98,13 @@ class Intermediate:
             },
             {"wavelength": ("wavelength", self.computed.values, {"units": "nm"}), "axis": ["x", "y", "z"]},
         )
-        with replacing(path) as temporary:
-            dataset.to_netcdf(temporary, engine="h5netcdf")
+        with (
+            replacing(path) as temporary,
+            PatientFile(temporary) as stream,
+        ):  # HDF5 cannot lock what is locked here
+            with h5netcdf.File(stream, "w") as file:
+                dataset.dump_to_store(H5NetCDFStore(file))
+            stream.check()
 
     def _path(self, name: str, suffix: str) -> Path:
         assert self.folder is not None

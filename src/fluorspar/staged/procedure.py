@@ -124,9 +124,9 @@ def _all(p: Passes) -> SpectralImage:
     mean /= done
     with np.errstate(over="ignore", invalid="ignore"):  # then the image is refused
         error = np.std(totals, axis=0, ddof=1) / math.sqrt(done) if done > 1 else None
-    layers = mean.reshape(len(names), -1, len(p.grid))
+    layers = mean.reshape(len(names), -1, len(grid))
     missing = np.full(layers.shape[1:], np.nan, np.float32)
-    finished = FinishedPixels(p.grid, p.job.scene.settings.width)
+    finished = FinishedPixels(grid, p.job.scene.settings.width)
     finished.add(0, Pixels(layers, missing if error is None else error.reshape(missing.shape), None))
     finished.finish()
     attrs: dict[str, Any] = {

@@ -165,3 +165,40 @@ class TestDonaldson:
     def test_a_density_needs_no_step(self, tmp_path: Path) -> None:
         (tmp_path / "sheet.csv").write_text("# quantity: density\nnm,400,410\n400,0.5,0\n410,0.02,0.4")
         assert read_matrix(tmp_path / "sheet.csv").cells.tolist() == [[0.5, 0], [0.2, 0.4]]
+
+
+def test_units_below_the_header_are_no_wavelengths(tmp_path: Path) -> None:
+    """Fluorometers write what each column counts into a second line."""
+    header, _, rows = wide("Wavelength", "\t").partition("\n")
+    for names in (["CPS"] * len(EX), [f"S{k}" for k in range(len(EX))]):
+        file = tmp_path / "scan.dat"
+        file.write_text("\n".join([header, "\t".join(["nm", *names]), rows]))
+        read = read_eem(file)
+        assert np.array_equal(read.excitation, EX)
+        assert np.array_equal(read.cells, CELLS)
+
+
+def test_a_corner_that_names_both_says_nothing(tmp_path: Path) -> None:
+    """The light does, then: it is shifted to longer wavelengths."""
+    file = tmp_path / "scan.csv"
+    for corner in ("Ex/Em", "Em/Ex"):
+        file.write_text(wide(corner))
+        assert np.array_equal(read_eem(file).cells, CELLS)
+        file.write_text(transposed(corner))
+        with pytest.warns(ApproximationWarning, match="taken for excitation"):
+            assert np.array_equal(read_eem(file).cells, CELLS)
+
+
+def test_scans_over_other_wavelengths_are_no_matrix(tmp_path: Path) -> None:
+    file = tmp_path / "scans.csv"
+    head = ["dye_EX_300.00,,dye_EX_320.00,", "Wavelength (nm),Intensity,Wavelength (nm),Intensity"]
+    file.write_text("\n".join([*head, "400,1,420,2", "410,3,430,4"]))
+    with pytest.raises(MaterialError, match=r"(?s)emission wavelengths of their own.*column 3"):
+        read_eem(file)
+
+
+def test_micrometres_are_named(tmp_path: Path) -> None:
+    file = tmp_path / "micro.csv"
+    file.write_text(wide(rows=EM / 1000, columns=EX / 1000))
+    with pytest.raises(MaterialError, match=r"(?s)wavelength is impossible.*times 1000"):
+        read_eem(file)

@@ -258,3 +258,45 @@ class TestFaults:
         write(tmp_path / "a.exr", pbrt_channels())
         with pytest.raises(OptionError, match=r"(?s)no such component.*not split"):
             SpectralImage.open(tmp_path / "a.exr").component("reexcitation")
+
+
+class TestNumberedChannels:
+    def test_numbers_that_begin_small_are_no_wavelengths(self, tmp_path):
+        path = tmp_path / "camera.exr"
+        write(path, {f"ch{k}": PIXELS[..., 0] for k in range(95, 106)})
+        with pytest.raises(ImageError, match="no spectral channel"):
+            SpectralImage.open(path)
+
+    def test_other_parts_are_said_to_be_left_out(self, tmp_path):
+        path = tmp_path / "two.exr"
+        parts = [
+            OpenEXR.Part({}, {f"{at}": np.full((4, 5), k, np.float32) for at in (400, 500)}, f"part-{k}")
+            for k in range(2)
+        ]
+        with OpenEXR.File(parts) as file:
+            file.write(str(path))
+        for given in (None, [400, 500]):
+            with pytest.warns(ApproximationWarning) as said:
+                image = SpectralImage.open(path, channel_wavelengths=given)
+            assert any("not read: part 'part-1'" in str(warning.message) for warning in said)
+            assert image.total().values.max() == 0
+
+    def test_a_part_behind_a_preview_is_read(self, tmp_path):
+        path = tmp_path / "preview.exr"
+        parts = [
+            OpenEXR.Part({}, {name: np.zeros((4, 5), np.float32) for name in names}, part)
+            for part, names in (("rgb", "RGB"), ("bands", ("400", "500")))
+        ]
+        with OpenEXR.File(parts) as file:
+            file.write(str(path))
+        with pytest.warns(ApproximationWarning, match="taken for light"):
+            assert np.array_equal(SpectralImage.open(path).wavelengths.values, [400, 500])
+
+    def test_stated_wavelengths_are_not_overruled(self, tmp_path):
+        path = tmp_path / "stated.exr"
+        write(path, pbrt_channels())
+        own = tmp_path / "own.exr"
+        SpectralImage.from_arrays(np.ones((7, 2, 2, 3)), Wavelengths(400, 420, 10)).save(own)
+        for file in (path, own):
+            with pytest.raises(OptionError, match="states the wavelengths"):
+                SpectralImage.open(file, channel_wavelengths=[400, 410, 420])

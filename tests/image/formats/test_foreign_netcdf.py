@@ -214,3 +214,16 @@ class TestAttributes:
             file.attrs["bandwidth_nm"] = width
         with pytest.raises(ImageError, match=r"(?s)bandwidth of the image is not readable.*bandwidth_nm"):
             SpectralImage.open(tmp_path / "a.nc")
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
+def test_descending_wavelengths_and_the_classic_format(engine, tmp_path):
+    path = tmp_path / "image.nc"
+    cube = xr.Dataset(
+        {"radiance": (("y", "x", "wavelength"), RADIANCE[0])},
+        {"wavelength": ("wavelength", AT[::-1], {"units": "nm"})},
+    )
+    cube.to_netcdf(path, engine=engine)
+    image = SpectralImage.open(path)
+    assert np.array_equal(image.wavelengths.values, AT)
+    assert np.array_equal(image.total().values, RADIANCE[0][..., ::-1].astype(np.float32))

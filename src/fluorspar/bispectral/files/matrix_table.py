@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, message
-from fluorspar.files.curves import is_wavelength, says
+from fluorspar.files.curves import LONGEST_IN_MICROMETRES, is_wavelength, says
 from fluorspar.files.tables import Table, parse_number
 
 __all__ = ["matrix_of_table"]
 
 Array = NDArray[np.float64]
 
+_SAME = 0.05  # nm, between the emission wavelengths of two scans
 _UNIT = re.compile(r"\s*(nm|\(nm\)|\[nm\])$", re.IGNORECASE)
 _EXCITED = re.compile(r"(?<![a-z])ex(?:citation)?[ _:=@]*(\d+(?:\.\d+)?)(?!\d)", re.IGNORECASE)
 
@@ -120,20 +121,20 @@ def _gathered(table: Table, values: Array) -> tuple[Array, Array, Array]:
 
 def _columns(table: Table, values: Array) -> tuple[Array, list[int]]:
     """Wavelengths that a header names, and in which columns of the table their cells stand."""
-    axes = [
-        k for k, cell in enumerate(table.header) if k and is_wavelength(cell) and _wavelength(cell) is None
-    ]
-    axes = [k for k in axes if np.array_equal(values[:, k], values[:, 0], equal_nan=True)]
-    if not axes:
-        axes = [
-            k for k, cell in enumerate(table.header) if k and _EXCITED.search(cell) and is_wavelength(cell)
-        ]
+    named = [k for k, cell in enumerate(table.header) if k and is_wavelength(cell)]
+    axes = [k for k in named if np.allclose(values[:, k], values[:, 0], atol=_SAME, equal_nan=True)]
     places = [k for k in range(1, values.shape[1]) if k not in axes]
     if not table.header or len(places) < 2:
         fault, fix = "the header of a matrix does not name every column", "name each excitation wavelength"
         got = f"{max(len(table.header) - 1, 0)} wavelengths for {len(places)} columns of cells"
         expected = "a wavelength for each of two or more columns"
         raise table.error(message(fault, where=table.where, got=got, expected=expected, fix=fix))
+    if other := [k for k in places if re.search("wave ?length", table.header[k], re.IGNORECASE)]:
+        fault = "the columns of a matrix have emission wavelengths of their own"
+        where, expected = f"{table.where}, column {other[0] + 1}", "those of the first column"
+        fix = "export scans over the same wavelengths, or a long table: excitation, emission, value"
+        got = repr(table.header[other[0]])
+        raise table.error(message(fault, where=where, got=got, expected=expected, fix=fix))
     wavelengths = []
     for place in places:
         if (wavelength := _wavelength(table.header[place])) is None or not np.isfinite(wavelength):
@@ -183,10 +184,9 @@ def _check_order(table: Table, what: str, wavelengths: Array, places: Sequence[s
 
 def _has_excitation_rows(table: Table, rows: Array, columns: Array, cells: Array) -> bool:
     corner = "" if _EXCITED.search(table.header[0]) else table.header[0]
-    stated = re.findall("[a-z]+", f"{table.keys.get('rows', '')} {corner}".lower())
-    for word in stated:
-        if says(word, "emission") or says(word, "excitation"):
-            return says(word, "excitation")
+    for text in (table.keys.get("rows", ""), corner):
+        if says(text, "emission") != says(text, "excitation"):  # "Ex/Em" says nothing
+            return says(text, "excitation")
     shift = np.where(np.isfinite(cells), cells, 0.0) * np.sign(rows[:, None] - columns)
     if columns[-1] <= rows[-1] or shift.sum() >= 0:
         return False
@@ -206,10 +206,11 @@ def _complete(table: Table, emission: Array, excitation: Array, cells: Array) ->
             f"{len(emission)} of emission, {len(excitation)} of excitation",
         )
         raise table.error(message(fault, where=table.where, got=got, expected="two or more of either"))
-    if (shortest := min(emission[0], excitation[0])) <= 0:
-        expected = "more than 0 nm"
+    if (shortest := min(emission[0], excitation[0])) <= 0 or emission[-1] < LONGEST_IN_MICROMETRES:
+        fix = "write micrometres as nm: times 1000" if shortest > 0 else ""
+        got, expected = f"{shortest:g} nm", "wavelengths of light in nm"
         raise table.error(
-            message("a wavelength is impossible", where=table.where, got=shortest, expected=expected)
+            message("a wavelength is impossible", where=table.where, got=got, expected=expected, fix=fix)
         )
     empty = np.isnan(cells)
     if np.any(missing := empty & (emission[:, None] >= excitation)):

@@ -2,22 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias, cast
 
 import typer
 from numpy.typing import ArrayLike
 
 from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.cli import console
+from fluorspar.errors import OptionError, message
 from fluorspar.figures.style import FORMATS, write_figure
 from fluorspar.files.writing import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["MaterialArgument", "PlotOption", "hexadecimal", "swatch", "write_columns", "write_plot"]
+    from fluorspar.bispectral.dye import Units
+    from fluorspar.bispectral.material import Material
+
+__all__ = [
+    "MaterialArgument",
+    "PlotOption",
+    "hexadecimal",
+    "substrate_of",
+    "swatch",
+    "units_of",
+    "write_columns",
+    "write_made",
+    "write_plot",
+]
 
 MaterialArgument: TypeAlias = Annotated[
     str,
@@ -87,4 +101,45 @@ def write_plot(figure: Figure, path: Path) -> None:
         If the file cannot be written.
     """
     write_figure(figure, path)
+    console.out.print(f"wrote {path}", markup=False, highlight=False)
+
+
+def units_of(text: str | None) -> Units | None:
+    """Check what `--units` says.
+
+    Examples
+    --------
+    >>> units_of("photon")
+    'photon'
+    """
+    if text not in (None, "photon", "energy"):
+        fault, expected = "there are no such units", "photon or energy"
+        raise OptionError(message(fault, where="--units", got=text, expected=expected))
+    return cast("Units | None", text)
+
+
+def substrate_of(text: str, library: Sequence[Path]) -> float | Material:
+    """What `--substrate` is: a reflectance, or a material by its name or file.
+
+    Examples
+    --------
+    >>> substrate_of("0.85", [])
+    0.85
+    """
+    from fluorspar.bispectral.library import material
+
+    try:
+        return float(text)
+    except ValueError:
+        return material(text, library)
+
+
+def write_made(path: Path, made: Material) -> None:
+    """Write a material that was made of spectra, and describe it."""
+    from fluorspar.bispectral.files.material_csv import write_material
+    from fluorspar.bispectral.lamp import WIDE
+
+    made.on(WIDE)  # refuses what is impossible before it is written
+    write_material(path, made)
+    console.out.print(repr(made), markup=False, highlight=False)
     console.out.print(f"wrote {path}", markup=False, highlight=False)

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import Annotated
 
 import typer
 
-from fluorspar.cli import console
+from fluorspar.cli.materials.common import substrate_of, units_of, write_made
 from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.cli.targets import check_material_target
-from fluorspar.errors import OptionError, message
-
-if TYPE_CHECKING:
-    from fluorspar.bispectral.dye import Units
 
 __all__ = ["dye"]
 
@@ -46,30 +42,17 @@ def dye(
     Example:  fluorspar materials dye ex.csv em.csv --quantum-yield 0.9 --strength 0.5 --units photon -o dyed.csv
     """
     from fluorspar.bispectral.dye import read_dye
-    from fluorspar.bispectral.files.material_csv import write_material
-    from fluorspar.bispectral.lamp import WIDE
-    from fluorspar.bispectral.library import material
 
-    if units not in (None, "photon", "energy"):
-        fault, expected = "there are no such units", "photon or energy"
-        raise OptionError(message(fault, where="--units", got=units, expected=expected))
     check_material_target(output, excitation, emission, *material_files(substrate, library or []))
-    try:
-        base: float | str = float(substrate)
-    except ValueError:
-        base = substrate
     dyed = read_dye(
         excitation,
         emission,
         quantum_yield,
         strength,
-        units=cast("Units | None", units),
-        substrate=material(base, library or []) if isinstance(base, str) else base,
+        units=units_of(units),
+        substrate=substrate_of(substrate, library or []),
         name=output.stem,
         description=description,
         credit=credit,
     )
-    dyed.on(WIDE)  # refuses what is impossible before it is written
-    write_material(output, dyed)
-    console.out.print(repr(dyed), markup=False, highlight=False)
-    console.out.print(f"wrote {output}", markup=False, highlight=False)
+    write_made(output, dyed)

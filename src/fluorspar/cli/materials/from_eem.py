@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import Annotated
 
 import typer
 
-from fluorspar.cli import console
+from fluorspar.cli.materials.common import substrate_of, units_of, write_made
 from fluorspar.cli.options import LibraryOption, material_files
 from fluorspar.cli.targets import check_material_target
-from fluorspar.errors import OptionError, message
-
-if TYPE_CHECKING:
-    from fluorspar.bispectral.dye import Units
 
 __all__ = ["from_eem"]
 
@@ -61,33 +57,20 @@ def from_eem(
     """
     from fluorspar.bispectral.eem import material_from_eem
     from fluorspar.bispectral.files.eem_file import read_eem
-    from fluorspar.bispectral.files.material_csv import write_material
-    from fluorspar.bispectral.lamp import WIDE
-    from fluorspar.bispectral.library import material
 
-    if units not in (None, "photon", "energy"):
-        fault, expected = "there are no such units", "photon or energy"
-        raise OptionError(message(fault, where="--units", got=units, expected=expected))
     check_material_target(
         output, eem, *filter(None, [reflectance]), *material_files(substrate, library or [])
     )
-    try:
-        base: float | str = float(substrate)
-    except ValueError:
-        base = substrate
     made = material_from_eem(
         read_eem(eem),
         quantum_yield,
         strength=strength,
         reflectance=reflectance,
-        units=cast("Units | None", units),
-        substrate=material(base, library or []) if isinstance(base, str) else base,
+        units=units_of(units),
+        substrate=substrate_of(substrate, library or []),
         scatter=scatter,
         name=output.stem,
         description=description,
         credit=credit,
     )
-    made.on(WIDE)  # refuses what is impossible before it is written
-    write_material(output, made)
-    console.out.print(repr(made), markup=False, highlight=False)
-    console.out.print(f"wrote {output}", markup=False, highlight=False)
+    write_made(output, made)

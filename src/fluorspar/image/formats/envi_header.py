@@ -153,7 +153,8 @@ def read_header(path: Path) -> dict[str, Any]:
     from spectral.io import envi
 
     try:
-        return dict(envi.read_envi_header(str(path)))
+        with warnings.catch_warnings(action="ignore", category=UserWarning):  # that capitals are made small
+            return dict(envi.read_envi_header(str(path)))
     except (envi.EnviException, OSError, ValueError) as err:
         raise ImageError(
             message(

@@ -26,7 +26,7 @@ from fluorspar.image.components import COMPONENTS, TOTAL
 from fluorspar.image.dataset import VARIABLES, add_up, grid_of, make_dataset, names_of, plain_attrs, values_of
 from fluorspar.image.display.appearance import appearance, linear_srgb
 from fluorspar.image.formats.exr_units import channel_kind, emissive_units
-from fluorspar.image.formats.foreign_exr import foreign_dataset
+from fluorspar.image.formats.foreign_exr import foreign_dataset, stated_already
 from fluorspar.spectral.uneven import UnevenWavelengths, grid_through
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -144,6 +144,8 @@ def read_exr(path: str | os.PathLike[str], channel_wavelengths: Sequence[float] 
     described, all_parts = _read_parts(Path(path))
     if described is None:
         return foreign_dataset(all_parts, Path(path), channel_wavelengths)
+    if channel_wavelengths is not None:
+        raise stated_already(Path(path), "a file of Fluorspar")
     parts = {part.name(): part for part in all_parts}
     grid = _grid(described)
     kind = channel_kind(described["attrs"])

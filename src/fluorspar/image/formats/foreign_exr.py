@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fluorspar.errors import ApproximationWarning, ImageError, message
+from fluorspar.errors import ApproximationWarning, ImageError, OptionError, message
 from fluorspar.files.names import text_of
 from fluorspar.image.components import TOTAL
 from fluorspar.image.dataset import make_dataset
@@ -26,7 +26,7 @@ from fluorspar.spectral.uneven import grid_through
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["channel_wavelength", "foreign_dataset"]
+__all__ = ["channel_wavelength", "foreign_dataset", "stated_already"]
 
 _LIGHT_SPEED = 299_792_458.0  # m/s
 _CHANNEL = re.compile(
@@ -112,6 +112,8 @@ def foreign_dataset(
     ------
     ImageError
         If there is no spectral channel, only one, or their sizes differ.
+    OptionError
+        If wavelengths are given for channels that state their own.
 
     Warns
     -----
@@ -120,7 +122,7 @@ def foreign_dataset(
         channels have to be interpreted.
     """
     if channel_wavelengths is not None:
-        part, kind, named = parts[0], "S0", _named_by(parts[0], channel_wavelengths, path)
+        part, kind, named = parts[0], "S0", _named_by(parts, channel_wavelengths, path)
     else:
         part, kind, named = _spectral_channels(parts, path)
     if len(named) < 2:
@@ -165,7 +167,8 @@ def _spectral_channels(parts: list[Any], path: Path) -> tuple[Any, str, dict[flo
             named[wavelength] = name
     usable = sorted(key for key in found if key[2] in ("S0", "T"))
     if not usable:
-        return parts[0], "S0", _named_plainly(parts[0], path)
+        part, named = _named_plainly(parts, path)
+        return part, "S0", named
     chosen = next((key for key in usable if key[2] == "S0"), usable[0])
     if chosen in twice:
         raise ImageError(message("two channels have one wavelength", where=path, got=twice[chosen]))
@@ -191,40 +194,54 @@ def _say_unread(part: Any, left_out: list[str], path: Path, known: Iterable[str]
         warnings.warn(text, ApproximationWarning, stacklevel=5)
 
 
-def _named_plainly(part: Any, path: Path) -> dict[float, str]:
-    """The channels of wavelengths whose names are a wavelength and nothing that says what they hold."""
-    families: dict[tuple[str, str], dict[float, str]] = {}
-    for name in part.channels:
-        if (found := _PLAIN.fullmatch(name)) is None:
-            continue
-        wavelength = float(found["number"].replace(",", ".")) * (1e3 if found["unit"] == "um" else 1.0)
-        if 100 < wavelength < 1e5:
-            family = families.setdefault((found["before"], found["unit"] + found["after"]), {})
+def _named_plainly(parts: list[Any], path: Path) -> tuple[Any, dict[float, str]]:
+    """The part and its channels of wavelengths whose names are a wavelength and nothing that says what they hold."""
+    families: dict[tuple[int, str, str], dict[float, str]] = {}
+    for number, part in enumerate(parts):
+        for name in part.channels:
+            if (found := _PLAIN.fullmatch(name)) is None:
+                continue
+            wavelength = float(found["number"].replace(",", ".")) * (1e3 if found["unit"] == "um" else 1.0)
+            family = families.setdefault((number, found["before"], found["unit"] + found["after"]), {})
             family.setdefault(wavelength, name)
-    named = max(families.values(), key=len, default={})
-    if not named:
+    # where there are small numbers, too, they count the channels
+    families = {key: named for key, named in families.items() if min(named) > 100 and max(named) < 1e5}
+    if not families:
         raise ImageError(
             message(
                 "the EXR file has no spectral channel",
                 where=path,
-                got=_listed(list(part.channels)),
+                got=_listed([name for part in parts for name in part.channels]),
                 expected="channels such as S0.550,000000nm, band_550nm or 550",
                 fix="state the wavelengths of its channels: fluorspar convert IN OUT --channel-wavelengths 400:700:10",
             )
         )
+    chosen = max(families, key=lambda key: len(families[key]))
+    named = families[chosen]
     ends = f"{named[min(named)]} to {named[max(named)]}"
     text = (
         f"{path}: channels {ends} are taken for light at the wavelengths of their names, in nm; what they hold is not "
         "stated (specfilm of Mitsuba writes integrals over its bands)"
     )
     warnings.warn(text, ApproximationWarning, stacklevel=5)
-    _say_unread(part, [], path, named.values())
-    return named
+    _say_unread(parts[chosen[0]], _other_parts(parts, chosen[0]), path, named.values())
+    return parts[chosen[0]], named
 
 
-def _named_by(part: Any, wavelengths: Sequence[float], path: Path) -> dict[float, str]:
+def _other_parts(parts: list[Any], chosen: int) -> list[str]:
+    """Parts with more than a preview, as they are called in a warning."""
+    return [
+        f"part {part.header.get('name', number)!r}"
+        for number, part in enumerate(parts)
+        if number != chosen and not _PREVIEW.issuperset(part.channels)
+    ]
+
+
+def _named_by(parts: list[Any], wavelengths: Sequence[float], path: Path) -> dict[float, str]:
     """The channels that were given wavelengths, in the order of the numbers in their names."""
-    names = [name for name in part.channels if name not in _PREVIEW]
+    if stated := [name for part in parts for name in part.channels if channel_wavelength(name)]:
+        raise stated_already(path, stated[0])
+    names = [name for name in parts[0].channels if name not in _PREVIEW]
     names.sort(key=lambda name: [int(text) if text.isdigit() else text for text in re.split(r"(\d+)", name)])
     if len(names) != len(wavelengths) or len(set(wavelengths)) < len(wavelengths):
         raise ImageError(
@@ -235,7 +252,14 @@ def _named_by(part: Any, wavelengths: Sequence[float], path: Path) -> dict[float
                 expected=f"{len(names)} different ones, for {_listed(names)}",
             )
         )
+    _say_unread(parts[0], _other_parts(parts, 0), path, names)
     return {float(wavelength): name for wavelength, name in zip(wavelengths, names, strict=True)}
+
+
+def stated_already(path: Path, got: str) -> OptionError:
+    """The error that an EXR file needs no wavelengths for its channels."""
+    fault, fix = "the EXR file states the wavelengths of its channels", "leave out --channel-wavelengths"
+    return OptionError(message(fault, where=path, got=got, fix=fix))
 
 
 def _listed(names: list[str], most: int = 12) -> str:

@@ -78,6 +78,8 @@ def normalised(dataset: xr.Dataset, path: Path) -> xr.Dataset:
         unit = str(dataset["wavelength"].attrs.get("units", ""))
         fix = "set the attribute 'units' of the variable 'wavelength' to 'nm'"
         values = wavelengths_in_nm(dataset["wavelength"].values, unit, path, fix)
+        if len(values) > 1 and np.all(np.diff(values) < 0):
+            dataset, values = dataset.isel(wavelength=slice(None, None, -1)), values[::-1]
         grid = even_grid(values)
         at = values if grid is None else grid.values
         dataset = dataset.assign_coords(wavelength=("wavelength", at, WAVELENGTH_ATTRS))
