@@ -8,7 +8,8 @@ from typing import Any
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import SceneError, message
 from fluorspar.scene.lobes.lobe import CHANNELS, DyeMap
-from fluorspar.scene.lobes.plastic import internal_reflectance
+from fluorspar.scene.lobes.pictures import build_picture
+from fluorspar.scene.lobes.plastic import check_index, internal_reflectance
 from fluorspar.scene.lobes.rows import Coated, Luminescence, Reflection
 from fluorspar.scene.lobes.side import Side, Spectral
 from fluorspar.scene.lobes.table import LobeTable
@@ -63,10 +64,11 @@ def _is_bitmap(state: Any, reference: Any) -> bool:
 def _coated(table: LobeTable, index: int, side: Side, whole: Spectral, coat: dict[str, Any]) -> None:
     """A fluorescent base under the coat of a plastic, smooth or rough."""
     key = index, "coated"
+    check_index(coat, side.where)
     plugin = "roughplastic" if "alpha" in coat or "distribution" in coat else "plastic"
     table.edit(index, dict(coat), plugin=plugin)
     if key not in table.read:
-        r = internal_reflectance({"type": plugin, **coat})
+        r = internal_reflectance({"type": plugin, **coat}, side.where)
         base = table.rows[whole.row]
         assert isinstance(base, Material)
         table.rows.append(Coated(base, r))
@@ -100,4 +102,5 @@ def _dyed(table: LobeTable, index: int, side: Side, whole: Spectral, maps: list[
     table.edit(index, {"reflectance": (colour[0], colour[1], colour[2])}, plugin="diffuse")
     if "concentration" in maps:
         child = table.state.nodes[index].props["concentration"].index()
+        build_picture(table.state, child, f"concentration of {side.where}")  # or it is said what is wrong
         table.maps[index] = DyeMap(child, second, first, reflected.mean)

@@ -13,12 +13,14 @@ from fluorspar.scene.lobes.rows import ANGLES, Metal
 from fluorspar.scene.lobes.side import Side, Spectral
 from fluorspar.scene.lobes.table import LobeTable
 from fluorspar.scene.nodes import build
-from fluorspar.scene.plugin_spectra import plugin_spectrum
+from fluorspar.scene.plugin_spectra import LONGEST, plugin_spectrum
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["conductor"]
 
-_PRIMARIES = np.array([450.0, 545.0, 610.0])  # nm, where the numbers of an rgb index of refraction are taken
+_PRIMARIES = np.array(
+    [0.0, 450.0, 545.0, 610.0, LONGEST]
+)  # nm; the three of an rgb index of refraction, held outside
 
 
 def conductor(table: LobeTable, index: int, side: Side) -> None:
@@ -44,10 +46,11 @@ def _metal(table: LobeTable, index: int, where: str) -> Spectral:
             )
         )
     props = table.state.nodes[index].props
+    built = build(table.state, index)  # or Mitsuba says what is wrong
     eta, k = (
-        (_index(table.state, index, part, where) for part in ("eta", "k"))
+        (_index(table.state, index, part, default, where) for part, default in (("eta", 0.0), ("k", 1.0)))
         if "eta" in props or "k" in props
-        else _preset(mi.traverse(build(table.state, index)), props)
+        else _preset(mi.traverse(built), props)
     )
     factor = table.rows[specular.row]
     assert isinstance(factor, Material)
@@ -73,7 +76,7 @@ def _preset(values: Any, props: Any) -> tuple[Spectrum, Spectrum]:
     return eta, k
 
 
-def _index(state: Any, index: int, name: str, where: str) -> Spectrum:
+def _index(state: Any, index: int, name: str, default: float, where: str) -> Spectrum:
     """An index of refraction of a scene, numbers for red, green and blue included."""
     import mitsuba as mi
 
@@ -85,5 +88,6 @@ def _index(state: Any, index: int, name: str, where: str) -> Spectrum:
             ApproximationWarning,
             stacklevel=2,
         )
-        return Spectrum(_PRIMARIES, np.array(rgb[::-1]), f"{name} of {where}").held()
-    return plugin_spectrum(state, index, name, default=0.0, label=f"{name} of {where}")
+        r, g, b = rgb
+        return Spectrum(_PRIMARIES, np.array([b, b, g, r, r]), f"{name} of {where}")
+    return plugin_spectrum(state, index, name, default=default, label=f"{name} of {where}")

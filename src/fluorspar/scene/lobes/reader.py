@@ -17,11 +17,13 @@ from fluorspar.scene.lobes.lobe import STRAIGHT, Edit, Lobe, Lobes
 from fluorspar.scene.lobes.metal import conductor
 from fluorspar.scene.lobes.plastic import dielectric, plastic
 from fluorspar.scene.lobes.principled import principled
+from fluorspar.scene.lobes.probes import check_probes
 from fluorspar.scene.lobes.side import Side, Spectral
 from fluorspar.scene.lobes.table import LobeTable, ReadMaterial
 from fluorspar.scene.lobes.varying_light import VaryingLights, varies
-from fluorspar.scene.nodes import FLUORESCENT, below, children, kind, label
+from fluorspar.scene.nodes import FLUORESCENT, below, children, kind, label, sides_of
 from fluorspar.scene.plugin import COAT
+from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["LobeReader", "needs_lobes"]
@@ -46,14 +48,17 @@ class LobeReader(LobeTable):
         self.lights = VaryingLights(state, self.textures)
         self.of_surface: dict[int, tuple[list[Lobe], list[Lobe]]] = {}
         self._default: Spectral | None = None
+        self._bsdfs: dict[int, str] = {}  # where each is
 
     def light(self, index: int, row: int, shape: int | None) -> Light | None:
         """Read a light that varies with direction or place; see `VaryingLights.read`."""
         return self.lights.read(index, row, shape)
 
     def lobes(self) -> Lobes:
-        """Everything that was read."""
+        """Everything that was read, if Mitsuba builds it."""
         first = len(self.rows)
+        edits = tuple(Edit(node, values, plugin) for node, (plugin, values) in self.edits.items())
+        check_probes(self.state, edits, self._bsdfs)
 
         def placed(side: list[Lobe]) -> tuple[Lobe, ...]:
             return tuple(
@@ -65,7 +70,7 @@ class LobeReader(LobeTable):
             _joined(self.colours),
             tuple(self.textures),
             {node: (placed(front), placed(back)) for node, (front, back) in self.of_surface.items()},
-            tuple(Edit(node, values, plugin) for node, (plugin, values) in self.edits.items()),
+            edits,
             self.replaced,
             self.lights.skies,
             _joined(self.lights.colours),
@@ -88,7 +93,8 @@ class LobeReader(LobeTable):
                 [],
             )  # in Mitsuba a lamp without a BSDF is black
         else:
-            nested = [child for _, child in children(self.state, bsdf)] if twosided else [bsdf]
+            nested = sides_of(self.state, bsdf, where) if twosided else [bsdf]
+            self._bsdfs.setdefault(bsdf, f"BSDF {label(nodes[bsdf], bsdf)} of {where}")
             front, back = (
                 self.side(index, shape, where, nodes[bsdf].props.id()) for index in (nested[0], nested[-1])
             )
@@ -143,7 +149,8 @@ class LobeReader(LobeTable):
                     f"BSDF '{plugin}' is not supported",
                     where=side.where,
                     expected=f"one of {', '.join(sorted(_PLUGINS))}",
-                    fix="replace it, or render it diffuse, of its average reflectance, with --matte (matte=True)",
+                    fix=did_you_mean(plugin, _PLUGINS)
+                    or "replace it, or render it diffuse, of its average reflectance, with --matte (matte=True)",
                 )
             )
         read(self, index, side)
@@ -208,9 +215,15 @@ def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
             plugins = [state.nodes[part].props.plugin_name() for part in (bsdf, *below(state, bsdf))]
             names = {name for part in (bsdf, *below(state, bsdf)) for name in state.nodes[part].props.keys()}  # noqa: SIM118
             coated = FLUORESCENT in plugins and names & set(COAT)
-            if coated or set(plugins) & (_GENERAL | {"bitmap", "checkerboard"}):
+            if coated or set(plugins) & _TEXTURES or _is_general(state, bsdf):
                 return True
     return False
 
 
-_GENERAL = set(_PLUGINS) - {"diffuse", FLUORESCENT, "twosided"}
+_TEXTURES = {"bitmap", "checkerboard"}
+
+
+def _is_general(state: Any, bsdf: int) -> bool:
+    """Whether a BSDF, or one that it holds, is none of the matte ones."""
+    nested = (i for i in (bsdf, *below(state, bsdf)) if kind(state.nodes[i]) == "BSDF")
+    return any(state.nodes[i].props.plugin_name() not in ("diffuse", FLUORESCENT, "twosided") for i in nested)

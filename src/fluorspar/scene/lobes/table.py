@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,8 @@ from fluorspar.bispectral.material import Material
 from fluorspar.scene.lobes.lobe import CHANNELS, DyeMap, Lobe, LobeRow, Texture
 from fluorspar.scene.lobes.rows import Operated
 from fluorspar.scene.lobes.side import Side, Spectral
-from fluorspar.scene.lobes.textures import bitmap_colours, placement, sigmoid
+from fluorspar.scene.lobes.textures import placement, read_bitmap, sigmoid
+from fluorspar.scene.nodes import build
 from fluorspar.scene.plugin_spectra import plugin_spectrum
 from fluorspar.spectral.spectrum import Spectrum
 
@@ -98,16 +98,18 @@ class LobeTable:
 
     def bitmap(self, index: int, where: str) -> Spectral:
         """New colours for the texels of a bitmap node."""
-        texels = bitmap_colours(self.state, index, where)
-        height, width, _ = texels.shape
-        self.textures.append(placement(self.state, index, height, width))
+        flat, texture = read_bitmap(self.state, index, where)
+        return self.texels(flat, texture)
+
+    def texels(self, flat: NDArray[np.float32], texture: Texture) -> Spectral:
+        """New colours for the texels of a texture: sigmoid coefficients of shape (texels, 3)."""
+        self.textures.append(texture)
         row = sum(map(len, self.colours))
-        flat = texels.reshape(-1, 3)
         self.colours.append(np.concatenate([flat, np.zeros((len(flat), 1), np.float32)], axis=1))
         mean = max(_DARKEST, float(np.mean(sigmoid(flat[:: max(1, len(flat) // 4096)], _VISIBLE))))
-        texture = len(self.textures) - 1
-        self._in_colours.add((texture, row))
-        return Spectral(row, True, mean, mean, texture)
+        number = len(self.textures) - 1
+        self._in_colours.add((number, row))
+        return Spectral(row, True, mean, mean, number)
 
     def checkerboard(self, index: int, where: str) -> Spectral:
         """New rows for a checkerboard node."""
@@ -123,7 +125,7 @@ class LobeTable:
         row = len(self.rows)
         first, second = (self.rows[colour.row] for colour in colours)
         self.rows += [first, second, second, first]
-        self.textures.append(replace(placement(self.state, index, 2, 2), bilinear=False))
+        self.textures.append(placement(self.state, index, build(self.state, index), 2, 2))
         mean = (colours[0].mean + colours[1].mean) / 2
         return Spectral(row, False, mean, mean, len(self.textures) - 1)
 

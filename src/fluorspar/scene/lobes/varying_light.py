@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fluorspar.scene.lights import Light, light_names
 from fluorspar.scene.lobes.lobe import Texture
-from fluorspar.scene.lobes.textures import bitmap_colours, placement, sky_colours, sky_placement
+from fluorspar.scene.lobes.textures import read_bitmap, sky_colours, sky_placement
 from fluorspar.scene.nodes import children
 from fluorspar.scene.plugin_spectra import white_light
 from fluorspar.spectral.spectrum import Spectrum
@@ -58,17 +58,19 @@ class VaryingLights:
         plugin = props.plugin_name()
         name, _ = light_names(self.state, index, shape)
         if plugin == "envmap":
-            width, _ = mi.Bitmap(str(mi.file_resolver().resolve(props["filename"]))).size()
-            colours, scale = sky_colours(self.state, index, int(width), f"light '{name}'")
+            colours, scale = sky_colours(self.state, index, f"light '{name}'")
             self.skies[index] = scale
             texture = sky_placement(*scale.shape)
             spectrum = white_light(1.0, f"radiance of light '{name}'")
-        elif plugin == "area" and props.type("radiance") == mi.Properties.Type.ResolvedReference:
+        elif (
+            plugin == "area"
+            and "radiance" in props
+            and props.type("radiance") == mi.Properties.Type.ResolvedReference
+        ):
             child = props["radiance"].index()
             if self.state.nodes[child].props.plugin_name() != "bitmap":
                 return None
-            colours = bitmap_colours(self.state, child, f"radiance of light '{name}'")
-            texture = placement(self.state, child, *colours.shape[:2])
+            colours, texture = read_bitmap(self.state, child, f"radiance of light '{name}'")
             spectrum = Spectrum.constant(1.0, f"radiance of light '{name}'")
         else:
             return None
