@@ -297,7 +297,7 @@ class TestLights:
 
 class TestUnsupported:
     def test_bsdf_is_named_with_its_shape(self) -> None:
-        with pytest.raises(SceneError, match=r"(?s)'circular' lets light through.*'teapot'"):
+        with pytest.raises(SceneError, match=r"(?s)'circular' is not supported.*'teapot'"):
             scene(teapot={"type": "sphere", "bsdf": {"type": "circular"}})
 
     def test_texture_is_named_with_its_shape(self) -> None:

@@ -45,7 +45,7 @@ def build_picture(state: Any, index: int, label: str, *, highest: float = np.inf
 
     props = state.nodes[index].props
     if "filename" not in props:
-        return build(state, index)  # Mitsuba says what is missing
+        return build(state, index)  # which says what is missing
     name = str(props["filename"])
     if not os.path.isfile(file := resolved(name)):
         raise SceneError(
@@ -76,8 +76,8 @@ def build_picture(state: Any, index: int, label: str, *, highest: float = np.inf
 def _checked(picture: Any, label: str, highest: float) -> Any:
     import mitsuba as mi
 
-    values = np.array(picture)
-    colours = values[..., :3] if values.shape[2] > 3 else values[..., :1] if values.shape[2] == 2 else values
+    values = np.atleast_3d(np.array(picture))
+    colours = values[..., : 3 if values.shape[2] > 2 else 1]  # without alpha
     if not np.isfinite(colours).all():
         raise SceneError(
             message(

@@ -17,6 +17,7 @@ def plastic(table: LobeTable, index: int, side: Side) -> None:
     key = index, "diffuse_reflectance"
     spectral = table.spectral(*key, 0.5, f"diffuse_reflectance of {side.where}")
     if table.state.nodes[index].props.get("nonlinear", False):
+        table.warn_of_interpolation(spectral, side.where)
         nonlinear = index, "diffuse_reflectance, nonlinear"
         if nonlinear not in table.read:
             r, m = _internal_reflectance_of(table.state, index, side.where), spectral.mean

@@ -23,6 +23,8 @@ def principled(table: LobeTable, index: int, side: Side) -> None:
                 )
             )
     spectral = table.spectral(index, "base_color", 0.5, f"base_color of {side.where}")
+    if props.get("spec_trans", 0.0) != 0.0:
+        table.warn_of_interpolation(spectral, side.where)
     # The value is a polynomial of the second degree in the root of the base colour, so three of them tell it.
     nodes = ((FULL, 1.0), (DARK, 0.0), (HALF, 0.25))
     for channel, (operation, base) in enumerate(nodes):

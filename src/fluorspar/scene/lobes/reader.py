@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Material
-from fluorspar.errors import SceneError, message
+from fluorspar.errors import FluorsparError, SceneError, message
 from fluorspar.scene.lights import Light
 from fluorspar.scene.lobes.dyed import fluorescent
 from fluorspar.scene.lobes.lobe import STRAIGHT, Edit, Lobe, Lobes
@@ -130,7 +130,10 @@ class LobeReader(LobeTable):
         if name in self.overrides:
             self.become(bsdf, self.outside(name), side)
         else:
-            self._walk(bsdf, side)
+            try:
+                self._walk(bsdf, side)
+            except FluorsparError as err:
+                raise err if where in str(err) else type(err)(f"{err}\n  in:       {side.where}") from err
         lobes = [spectral.lobe(channel) for channel, spectral in sorted(side.taken.items())]
         if side.straight:
             lobes.append(self.white.lobe(STRAIGHT))
