@@ -26,17 +26,17 @@ _PRIMARIES = np.array(
 def conductor(table: LobeTable, index: int, side: Side) -> None:
     name = "specular_reflectance"
     if (index, name) not in table.read:
-        table.read[index, name] = _metal(table, index, side.where)
+        table.read[index, name] = _metal(table, index, side)
     table.edit(index, {"material": "none", "eta": None, "k": None})
     table.give(index, name, table.read[index, name], side)
 
 
-def _metal(table: LobeTable, index: int, where: str) -> Spectral:
+def _metal(table: LobeTable, index: int, side: Side) -> Spectral:
     """Rows for all angles of a conductor."""
     import mitsuba as mi
 
     name = "specular_reflectance"
-    specular = table.spectral(index, name, 1.0, f"{name} of {where}")
+    where, specular = side.where, table.spectral(index, name, 1.0, side)
     if specular.texture >= 0:
         raise SceneError(
             message(

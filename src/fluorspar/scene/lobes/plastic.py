@@ -15,10 +15,10 @@ __all__ = ["check_index", "dielectric", "internal_reflectance", "plastic"]
 def plastic(table: LobeTable, index: int, side: Side) -> None:
     check_index(table.state.nodes[index].props, side.where)
     key = index, "diffuse_reflectance"
-    spectral = table.spectral(*key, 0.5, f"diffuse_reflectance of {side.where}")
+    spectral = table.spectral(*key, 0.5, side)
     if table.state.nodes[index].props.get("nonlinear", False):
         table.warn_of_interpolation(spectral, side.where)
-        nonlinear = index, "diffuse_reflectance, nonlinear"
+        nonlinear = table.key(index, "diffuse_reflectance, nonlinear", side.shape)
         if nonlinear not in table.read:
             r, m = _internal_reflectance_of(table.state, index, side.where), spectral.mean
             table.read[nonlinear] = table.operated(spectral, r, m, m * (1 - r) / (1 - r * m))
@@ -77,4 +77,4 @@ def dielectric(table: LobeTable, index: int, side: Side) -> None:
 
 
 def _specular(table: LobeTable, index: int, side: Side, name: str) -> None:
-    table.give(index, name, table.spectral(index, name, 1.0, f"{name} of {side.where}"), side)
+    table.give(index, name, table.spectral(index, name, 1.0, side), side)

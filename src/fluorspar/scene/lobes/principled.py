@@ -22,13 +22,13 @@ def principled(table: LobeTable, index: int, side: Side) -> None:
                     expected="0: its colour is one of red, green and blue, and not of wavelengths",
                 )
             )
-    spectral = table.spectral(index, "base_color", 0.5, f"base_color of {side.where}")
+    spectral = table.spectral(index, "base_color", 0.5, side)
     if props.get("spec_trans", 0.0) != 0.0:
         table.warn_of_interpolation(spectral, side.where)
     # The value is a polynomial of the second degree in the root of the base colour, so three of them tell it.
     nodes = ((FULL, 1.0), (DARK, 0.0), (HALF, 0.25))
     for channel, (operation, base) in enumerate(nodes):
-        key = index, f"base_color, {operation}"
+        key = table.key(index, f"base_color, {operation}", side.shape)
         if key not in table.read:
             table.read[key] = table.operated(spectral, operation, base, 1.0)
         side.channel(table.read[key], channel)

@@ -49,7 +49,7 @@ def check_probes(state: Any, edits: Iterable[Edit], bsdfs: Mapping[int, str]) ->
     """
     part = copy_nodes(state)
     apply_edits(part, edits)
-    different = {_signature(part, index): index for index in reversed(bsdfs)}
+    different = {_signature(part, index): index for index in reversed(list(bsdfs))}
     for index in sorted(different.values()):
         try:
             build(part, index)
@@ -67,8 +67,8 @@ def _signature(state: Any, index: int) -> tuple[object, ...]:
         *(
             (
                 name,
-                str(kind := props.type(name)),
-                props[name] if kind in (mi.Properties.Type.String, mi.Properties.Type.Bool) else None,
+                str(of := props.type(name)),
+                props[name] if of in (mi.Properties.Type.String, mi.Properties.Type.Bool) else None,
                 _signature(state, inner[name]) if name in inner else None,
             )
             for name in sorted(props.keys())

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparError, SceneError, message
+from fluorspar.scene.averages import MESH_ATTRIBUTE
 from fluorspar.scene.lights import Light
 from fluorspar.scene.lobes.dyed import fluorescent
 from fluorspar.scene.lobes.lobe import STRAIGHT, Edit, Lobe, Lobes
@@ -170,7 +171,7 @@ def _joined(colours: list[NDArray[np.float32]]) -> NDArray[np.float32]:
 
 
 def _diffuse(table: LobeTable, index: int, side: Side) -> None:
-    spectral = table.spectral(index, "reflectance", 0.5, side.where)
+    spectral = table.spectral(index, "reflectance", 0.5, side)
     table.give(index, "reflectance", spectral, side)
 
 
@@ -223,7 +224,7 @@ def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
     return False
 
 
-_TEXTURES = {"bitmap", "checkerboard"}
+_TEXTURES = {"bitmap", "checkerboard", MESH_ATTRIBUTE}
 
 
 def _is_general(state: Any, bsdf: int) -> bool:

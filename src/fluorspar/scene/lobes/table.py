@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,11 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import ApproximationWarning
+from fluorspar.scene.averages import MESH_ATTRIBUTE, uses_mesh
 from fluorspar.scene.lobes.lobe import CHANNELS, DyeMap, Lobe, LobeRow, Texture
 from fluorspar.scene.lobes.rows import Operated
 from fluorspar.scene.lobes.side import Side, Spectral
-from fluorspar.scene.lobes.textures import placement, read_bitmap, sigmoid
+from fluorspar.scene.lobes.textures import placement, read_attribute, read_bitmap, sigmoid
 from fluorspar.scene.nodes import build
 from fluorspar.scene.plugin_spectra import plugin_spectrum
 from fluorspar.spectral.spectrum import Spectrum
@@ -70,13 +72,19 @@ class LobeTable:
         self._warned = False
         self._in_colours: set[tuple[int, int]] = set()
 
-    def spectral(self, index: int, name: str, default: float, where: str) -> Spectral:
-        """Read a spectrum-valued property of a node, textures too."""
-        if (index, name) not in self.read:
-            self.read[index, name] = self._read(index, name, default, where)
-        return self.read[index, name]
+    def key(self, index: int, name: str, shape: int) -> tuple[int, str]:
+        """Where in `read` a property of a node on a shape is: colours of vertices and faces are the shape's own."""
+        return index, f"{name}, {shape}" if uses_mesh(self.state, index) else name
 
-    def _read(self, index: int, name: str, default: float, where: str) -> Spectral:
+    def spectral(self, index: int, name: str, default: float, side: Side) -> Spectral:
+        """Read a spectrum-valued property of a node, textures too."""
+        key = self.key(index, name, side.shape)
+        if key not in self.read:
+            where = side.where if name == "reflectance" else f"{name} of {side.where}"
+            self.read[key] = self._read(index, name, default, where, side.shape)
+        return self.read[key]
+
+    def _read(self, index: int, name: str, default: float, where: str, shape: int) -> Spectral:
         import mitsuba as mi
 
         props = self.state.nodes[index].props
@@ -89,6 +97,9 @@ class LobeTable:
                 return self.bitmap(child, where)
             if plugin == "checkerboard":
                 return self.checkerboard(child, where)
+            if plugin == MESH_ATTRIBUTE:
+                colours, texture = read_attribute(self.state, child, shape, where)
+                return replace(self.texels(colours, texture), mean=0.5, unit=0.5)  # one probe on all shapes
         spectrum = plugin_spectrum(self.state, index, name, default=default, label=where)
         return self.of_material(Material(props.id() or where, spectrum))
 
@@ -134,18 +145,19 @@ class LobeTable:
 
     def operated(self, spectral: Spectral, operation: float, mean: float, unit: float) -> Spectral:
         """What a lobe makes of a spectrum, see `operate`; with another probe."""
-        count = 1
-        if spectral.texture >= 0:
-            count = self.textures[spectral.texture].width * self.textures[spectral.texture].height
         if spectral.in_colours:
             row = sum(map(len, self.colours))
-            flat = np.concatenate(self.colours)[spectral.row : spectral.row + count].copy()
+            first = np.cumsum([0, *map(len, self.colours)])
+            flat = self.colours[int(np.searchsorted(first, spectral.row))].copy()
             flat[:, 3] = operation
             self.colours.append(flat)
             self.textures.append(self.textures[spectral.texture])
             self._in_colours.add((len(self.textures) - 1, row))
             return Spectral(row, True, mean, unit, len(self.textures) - 1)
         row = len(self.rows)
+        count = 1
+        if spectral.texture >= 0:
+            count = self.textures[spectral.texture].width * self.textures[spectral.texture].height
         for below in self.rows[spectral.row : spectral.row + count]:
             assert isinstance(below, Material)
             self.rows.append(Operated(below, operation))

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import SceneError, message
+from fluorspar.scene.averages import check_attribute
 from fluorspar.scene.lobes.lobe import Texture
 from fluorspar.scene.lobes.pictures import build_picture
+from fluorspar.scene.nodes import build, children, copy_nodes
 
-__all__ = ["placement", "read_bitmap", "sigmoid", "sky_colours", "sky_placement"]
+__all__ = ["placement", "read_attribute", "read_bitmap", "sigmoid", "sky_colours", "sky_placement"]
 
 _LARGEST = 1e4  # coefficient; the sigmoid is then 1 to single precision
 
@@ -53,6 +55,37 @@ def read_bitmap(state: Any, index: int, label: str) -> tuple[NDArray[np.float32]
     texels = _grey(data[..., 0]) if data.shape[2] == 1 else data[..., :3].clip(-_LARGEST, _LARGEST)
     texture = placement(state, index, built, *data.shape[:2])
     return np.ascontiguousarray(texels, np.float32).reshape(-1, 3), texture
+
+
+def read_attribute(state: Any, index: int, shape: int, label: str) -> tuple[NDArray[np.float32], Texture]:
+    """Read the colours of the vertices or faces of a mesh from a `mesh_attribute` node; see `read_bitmap`.
+
+    Raises
+    ------
+    SceneError
+        If the shape is no mesh, or has no such attribute; if the attribute is scaled.
+    """
+    import mitsuba as mi
+
+    props = state.nodes[index].props
+    if props.get("scale", 1.0) != 1.0:
+        raise SceneError(
+            message(
+                "the scale of a mesh attribute is not supported", where=label, got=props["scale"], expected=1
+            )
+        )
+    part = copy_nodes(state)
+    for key, _ in children(state, shape):  # Mitsuba's plastics do not take the texture, and nobody asks them
+        del part.nodes[shape].props[key]
+    built = build(part, shape)
+    check_attribute(props, built, label)
+    values = mi.traverse(built)
+    per_face = (name := str(props["name"])).startswith("face_")
+    count = len(values["faces" if per_face else "vertex_positions"]) // 3
+    data = np.array(values[name]).reshape(count, -1)  # of colours, coefficients
+    texels = _grey(data[:, 0].clip(0, 1)) if data.shape[1] == 1 else data.clip(-_LARGEST, _LARGEST)
+    texture = Texture(1, 1, (1.0, 0.0, 0.0, 0.0, 1.0, 0.0), not per_face, "repeat", shape, per_face)
+    return np.ascontiguousarray(texels, np.float32), texture
 
 
 def sky_placement(height: int, width: int) -> Texture:
