@@ -58,7 +58,7 @@ def fluorescent(table: LobeTable, index: int, side: Side) -> None:
 
 
 def _is_bitmap(state: Any, reference: Any) -> bool:
-    return state.nodes[reference.index()].props.plugin_name() == "bitmap"
+    return bool(state.nodes[reference.index()].props.plugin_name() == "bitmap")
 
 
 def _coated(table: LobeTable, index: int, side: Side, whole: Spectral, coat: dict[str, Any]) -> None:
