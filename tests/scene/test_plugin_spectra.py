@@ -186,7 +186,7 @@ def test_d65(tmp_path: Path) -> None:
 
 def test_a_texture_that_varies(tmp_path: Path) -> None:
     name = '<string name="name" value="vertex_color"/>'
-    with pytest.raises(SceneError, match=r"(?s)'mesh_attribute' varies"):
+    with pytest.raises(SceneError, match=r"(?s)no attribute 'vertex_color'"):
         reflectance(tmp_path, f'<texture name="reflectance" type="mesh_attribute"> {name} </texture>')
 
 

@@ -87,6 +87,10 @@ def render(
     matte: Annotated[
         bool, typer.Option("--matte", help="Render textures, gloss and environment maps as their averages.")
     ] = False,
+    sensor: Annotated[
+        str | None,
+        typer.Option(metavar="N|ID", help="Number, from 0, or id of the sensor. [default: the first]"),
+    ] = None,
     stokes: Annotated[
         str,
         typer.Option(
@@ -177,6 +181,7 @@ def render(
         matte=matte,
         parameters=defined | mesh_parameter(scene, mesh, defined),
         library=library or [],
+        sensor=sensor,
     )
     _LOG.info("loaded %s: %d surfaces, %d lights", scene, len(loaded.surfaces), len(loaded.lights))
     with console.progress_bar(f"rendering {scene}") as progress:

@@ -32,6 +32,7 @@ def load_scene(
     matte: bool = False,
     parameters: Mapping[str, object] | None = None,
     library: Sequence[str | Path] = (),
+    sensor: int | str | None = None,
 ) -> Scene:
     """Load a Mitsuba 3 scene with fluorescent surfaces.
 
@@ -50,6 +51,8 @@ def load_scene(
     library : sequence of str or Path
         Folders with materials of your own, looked into before those of the environment variable
         `FLUORSPAR_MATERIALS` and the shipped ones.
+    sensor : int or str, optional
+        Number, from 0, or id of the sensor, where a scene has several. Default: the first one, with a notice.
 
     Returns
     -------
@@ -62,6 +65,8 @@ def load_scene(
         If the file is missing or malformed, holds a plugin the method cannot handle, or has no light or camera.
     MaterialError, SpectrumError
         If a material is unknown or impossible.
+    OptionError
+        If the scene has no such sensor.
 
     Examples
     --------
@@ -70,7 +75,14 @@ def load_scene(
     ['poster-green', 'poster-red']
     """
     with use_variant(SPECTRUM_VARIANT):
-        recipe = recipe_of(source, materials=materials, matte=matte, parameters=parameters, library=library)
+        recipe = recipe_of(
+            source,
+            materials=materials,
+            matte=matte,
+            parameters=parameters,
+            library=library,
+            sensor=sensor,
+        )
         with resolving(recipe.base):
             state = recipe.parse()
             check_meshes(state)
@@ -102,7 +114,8 @@ def _settings(state: Any) -> Settings:
     sensor = sensor_node(state)
     if (count := sum(kind(state.nodes[index]) == "Sensor" for _, index in children(state, 0))) > 1:
         _notice(
-            f"the scene has {count} sensors; the first one, {label(state.nodes[sensor], sensor)}, is used"
+            f"the scene has {count} sensors; the first one, {label(state.nodes[sensor], sensor)}, is used; "
+            "--sensor (sensor=...) takes another"
         )
     if "srf" in state.nodes[sensor].props:
         _notice(

@@ -12,7 +12,7 @@ from fluorspar.scene.averages import uses_mesh
 from fluorspar.scene.lights import LIGHTS, Light, read_light
 from fluorspar.scene.lobes.lobe import Lobes
 from fluorspar.scene.lobes.reader import LobeReader, needs_lobes
-from fluorspar.scene.nodes import children, kind, label
+from fluorspar.scene.nodes import children, kind, label, sides_of
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.scene.surface_material import DEFAULT_REFLECTANCE, read_material
@@ -198,7 +198,7 @@ class _Reader:
         node = self.state.nodes[bsdf]
         if node.props.plugin_name() != "twosided":
             return self.row(bsdf, shape), ABSORBS
-        nested = [child for _, child in children(self.state, bsdf)]
+        nested = sides_of(self.state, bsdf, f"shape {label(self.state.nodes[shape], shape)}")
         if node.props.id() in self.overrides:
             row = self.override(node.props.id())
             return row, row

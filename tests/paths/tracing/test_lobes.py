@@ -5,9 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fluorspar import load_scene
+from fluorspar.errors import ApproximationWarning
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import LOBE_VARIANTS
 from fluorspar.scene.lobes.lobe import operate
+from fluorspar.scene.lobes.rows import Metal
 from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import use_variant
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -219,7 +222,21 @@ def test_texels_are_those_of_the_picture(picture):
     for filter_type in ("nearest", "bilinear"):
         bitmap = {"type": "bitmap", "filename": picture, "filter_type": filter_type}
         check({"type": "diffuse", "reflectance": bitmap}, tolerance=1e-5)
-        check({"type": "roughplastic", "diffuse_reflectance": bitmap, "nonlinear": True}, tolerance=1e-5)
+        check({"type": "roughplastic", "diffuse_reflectance": bitmap}, tolerance=1e-5)
+
+
+@pytest.mark.parametrize("bsdf", ["plastic", "roughplastic", "principled"])
+def test_of_an_interpolated_texture_that_is_not_used_linearly_is_warned_once(picture, bsdf):
+    kinds = {"principled": ("base_color", {"spec_trans": 0.5})}
+    name, nonlinear = kinds.get(bsdf, ("diffuse_reflectance", {"nonlinear": True}))
+    nearest, bilinear = (
+        {"type": bsdf, name: {"type": "bitmap", "filename": picture, "filter_type": kind}, **nonlinear}
+        for kind in ("nearest", "bilinear")
+    )
+    load_scene(scene_with(nearest))  # says nothing
+    with pytest.warns(ApproximationWarning, match="not linear") as warned:
+        load_scene(scene_with(bilinear) | {"other": {"type": "sphere", "bsdf": bilinear}})
+    assert len(warned) == 1
 
 
 @pytest.mark.parametrize("wrap", ["repeat", "mirror", "clamp"])
@@ -242,3 +259,29 @@ def test_a_checkerboard_is_two_spectra():
         to_uv = mi.ScalarTransform4f().scale([1.7, 2.3, 1])
     board = {"type": "checkerboard", "color0": PAINT, "color1": TINT, "to_uv": to_uv}
     check({"type": "diffuse", "reflectance": board})
+
+
+def test_a_metal_given_by_its_index_alone():
+    check({"type": "conductor", "eta": 1.3}, tolerance=3e-4)
+    check({"type": "roughconductor", "k": 2.0}, tolerance=3e-4)
+
+
+def test_a_metal_given_as_rgb():
+    rgb = {"eta": [0.2, 0.9, 0.6], "k": [0.9, 0.6, 0.8]}  # below 1, where stock does not clamp them
+    with pytest.warns(ApproximationWarning, match="rgb"):
+        job = RenderJob.of(
+            scene_with({"type": "conductor"} | {n: {"type": "rgb", "value": v} for n, v in rgb.items()}),
+            wavelengths="450:610:80",
+        )
+    metals = [row for row in job.scene.lobes.rows if isinstance(row, Metal)]
+    assert metals[0].eta.on(Wavelengths(450, 610, 160)) == pytest.approx([0.6, 0.2])
+    assert metals[0].k.on(Wavelengths(300, 800, 500)) == pytest.approx([0.8, 0.9])
+
+
+@pytest.mark.parametrize("index", [1.0, 1.000277])
+def test_a_coat_of_air_is_none(index):
+    bare = {"type": "fluorescent", "material": "poster-red"}
+    coated = load_scene(scene_with({**bare, "int_ior": index, "ext_ior": index})).lobes.rows[-1]
+    material = load_scene(scene_with(bare)).materials[0]
+    # Mitsuba's formula for the light that a coat sends back gives 0.0017 for one of air.
+    assert coated.on(GRID).band() == pytest.approx(material.on(GRID).band(), abs=1e-3)

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.lobes.lobe import STRAIGHT, DyeMap, Lobe, Lobes
-from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
+from fluorspar.scene.lobes.pictures import build_picture
+from fluorspar.scene.lobes.probes import apply_edits
+from fluorspar.scene.nodes import build, children, copy_nodes, kind, label, resolving
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import set_film
 
@@ -97,22 +99,10 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         else:
             give_spectrum(props, light, 1.0)
         props.set_id(f"light-{light.node}")
-    for edit in lobes.edits:
-        props = nodes[edit.node].props
-        if edit.plugin is not None:
-            for name in list(props.keys()):
-                del props[name]
-            props.set_plugin_name(edit.plugin)
-        for name, value in edit.values.items():
-            if name == "reflectance" and edit.node in lobes.maps:
-                continue
-            if name in props:
-                del props[name]
-            if value is None:
-                continue
-            props[name] = mi.ScalarColor3f(*value) if isinstance(value, tuple) else value
+    apply_edits(state, lobes.edits)
     with resolving(*scene.folders):
         for node, dye in lobes.maps.items():
+            del nodes[node].props["reflectance"]
             nodes[node].props["reflectance"] = _dye_map(state, dye)
     for surface in scene.surfaces:
         nodes[surface.node].props.set_id(f"surface-{surface.node}")
@@ -173,7 +163,7 @@ def _dye_map(state: Any, dye: DyeMap) -> Any:
     """The texture that says the concentration of a dye in one channel, and in another what is reflected."""
     import mitsuba as mi
 
-    built = build(state, dye.picture)
+    built = build_picture(state, dye.picture, f"concentration {label(state.nodes[dye.picture], dye.picture)}")
     concentration = np.array(mi.traverse(built)["data"])
     concentration = (
         concentration[..., :1]

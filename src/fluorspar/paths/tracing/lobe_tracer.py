@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fluorspar.paths.log import BLOCK, END
 from fluorspar.paths.tracing.lobe_scene import LobeScene
+from fluorspar.paths.tracing.mesh_colours import MeshColours
 from fluorspar.paths.tracing.tracer import SURVIVAL, Spread, Tracer, camera_ray, mis, two
 from fluorspar.scene.lobes.lobe import CHANNELS, STRAIGHT
 from fluorspar.scene.settings import UNLIMITED, Settings
@@ -57,6 +58,7 @@ class LobeTracer(Tracer):
             self.to_uv = [mi.Float([t.to_uv[k] for t in textures]) for k in range(6)]
             self.bilinear = mi.Float([float(t.bilinear) for t in textures])
             self.wrap = mi.UInt32([_WRAPS.index(t.wrap) for t in textures])
+        self.meshes = MeshColours(scene) if any(t.mesh >= 0 for t in textures) else None
 
     def first_state(self) -> dict[str, Any]:
         """What the loop carries besides the ray, where a path begins."""
@@ -125,7 +127,10 @@ class LobeTracer(Tracer):
             if self.straight:
                 sent = dr.select(straight, dr.select(channel == STRAIGHT, dr.max(weight), 0.0), sent)
             if self.textured:
-                row += _texel(self, dr.gather(mi.Int32, self.texture, at, active), si.uv, pick, active)
+                texture = dr.gather(mi.Int32, self.texture, at, active)
+                row += _texel(self, texture, si.uv, pick, active)
+                if self.meshes is not None:
+                    row += self.meshes.texel(texture, si, pick.x, active)
             if self.metallic:
                 of_found = dr.gather(mi.Bool, self.found, at, active)
                 of_sent = dr.gather(mi.Bool, self.sent, at, active)

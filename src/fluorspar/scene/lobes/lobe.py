@@ -92,6 +92,10 @@ class Texture:
         Interpolate between texels, by picking one of four at random; or take the nearest.
     wrap : str
         `"repeat"`, `"mirror"` or `"clamp"`.
+    mesh : int
+        Node of the mesh whose faces or vertices the rows belong to, in place of texels; -1: none.
+    per_face : bool
+        To its faces; or to its vertices, one of three at random, with the barycentric coordinates as chances.
     """
 
     width: int
@@ -99,6 +103,8 @@ class Texture:
     to_uv: tuple[float, ...]
     bilinear: bool
     wrap: str
+    mesh: int = -1
+    per_face: bool = False
 
 
 @dataclass(frozen=True)

@@ -8,20 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import SceneError, message
+from fluorspar.scene.averages import check_attribute
 from fluorspar.scene.lobes.lobe import Texture
-from fluorspar.scene.nodes import build
+from fluorspar.scene.lobes.pictures import build_picture
+from fluorspar.scene.nodes import build, children, copy_nodes
 
-__all__ = ["bitmap_colours", "placement", "sigmoid", "sky_colours", "sky_placement"]
+__all__ = ["placement", "read_attribute", "read_bitmap", "sigmoid", "sky_colours", "sky_placement"]
 
 _LARGEST = 1e4  # coefficient; the sigmoid is then 1 to single precision
 
 
-def placement(state: Any, index: int, height: int, width: int) -> Texture:
-    """Read how a texture node is put on a surface."""
+def placement(state: Any, index: int, built: Any, height: int, width: int) -> Texture:
+    """Read how a texture node, and what is built of it, is put on a surface."""
     import mitsuba as mi
 
     props = state.nodes[index].props
-    to_uv = np.array(mi.traverse(build(state, index))["to_uv"].matrix, dtype=np.float64)
+    to_uv = np.array(mi.traverse(built)["to_uv"].matrix, dtype=np.float64)
     bitmap = props.plugin_name() == "bitmap"
     return Texture(
         width,
@@ -32,29 +34,58 @@ def placement(state: Any, index: int, height: int, width: int) -> Texture:
     )
 
 
-def bitmap_colours(state: Any, index: int, label: str) -> NDArray[np.float32]:
-    """Read the sigmoid coefficients of the texels of a bitmap node, as Mitsuba's spectral variants upsample them.
+def read_bitmap(state: Any, index: int, label: str) -> tuple[NDArray[np.float32], Texture]:
+    """Read a bitmap node as Mitsuba's spectral variants upsample it, clipped to 0-1.
 
     Returns
     -------
-    ndarray of shape (height, width, 3), float32
+    coefficients : ndarray of shape (texels, 3), float32
+        Of the sigmoid.
+    texture : Texture
 
     Raises
     ------
     SceneError
-        If it has a number of channels that means no colour, or values that are not finite.
+        See `build_picture`.
     """
     import mitsuba as mi
 
-    data = np.array(mi.traverse(build(state, index))["data"])
+    built = build_picture(state, index, label, highest=1.0)
+    data = np.array(mi.traverse(built)["data"])
+    texels = _grey(data[..., 0]) if data.shape[2] == 1 else data[..., :3].clip(-_LARGEST, _LARGEST)
+    texture = placement(state, index, built, *data.shape[:2])
+    return np.ascontiguousarray(texels, np.float32).reshape(-1, 3), texture
+
+
+def read_attribute(state: Any, index: int, shape: int, label: str) -> tuple[NDArray[np.float32], Texture]:
+    """Read the colours of the vertices or faces of a mesh from a `mesh_attribute` node; see `read_bitmap`.
+
+    Raises
+    ------
+    SceneError
+        If the shape is no mesh, or has no such attribute; if the attribute is scaled.
+    """
+    import mitsuba as mi
+
     props = state.nodes[index].props
-    if data.shape[2] == 1:
-        return _grey(data[..., 0], label)
-    if props.get("raw", False):
-        # As a spectral variant of Mitsuba takes it: the texels' luminance.
-        return _grey(data[..., :3] @ np.array([0.212671, 0.715160, 0.072169], data.dtype), label)
-    _check_finite(data, label)
-    return np.clip(data[..., :3], -np.inf, np.inf).astype(np.float32).clip(-_LARGEST, _LARGEST)
+    if props.get("scale", 1.0) != 1.0:
+        raise SceneError(
+            message(
+                "the scale of a mesh attribute is not supported", where=label, got=props["scale"], expected=1
+            )
+        )
+    part = copy_nodes(state)
+    for key, _ in children(state, shape):  # Mitsuba's plastics do not take the texture, and nobody asks them
+        del part.nodes[shape].props[key]
+    built = build(part, shape)
+    check_attribute(props, built, label)
+    values = mi.traverse(built)
+    per_face = (name := str(props["name"])).startswith("face_")
+    count = len(values["faces" if per_face else "vertex_positions"]) // 3
+    data = np.array(values[name]).reshape(count, -1)  # of colours, coefficients
+    texels = _grey(data[:, 0].clip(0, 1)) if data.shape[1] == 1 else data.clip(-_LARGEST, _LARGEST)
+    texture = Texture(1, 1, (1.0, 0.0, 0.0, 0.0, 1.0, 0.0), not per_face, "repeat", shape, per_face)
+    return np.ascontiguousarray(texels, np.float32), texture
 
 
 def sky_placement(height: int, width: int) -> Texture:
@@ -68,9 +99,7 @@ def sky_placement(height: int, width: int) -> Texture:
     )
 
 
-def sky_colours(
-    state: Any, index: int, width: int, label: str
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def sky_colours(state: Any, index: int, label: str) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Read the texels of an environment map as Mitsuba's spectral variants take them.
 
     Returns
@@ -82,52 +111,26 @@ def sky_colours(
     Raises
     ------
     SceneError
-        If it is black, or holds values that are negative or not finite.
+        See `build_picture`; or if its scale is negative.
     """
     import mitsuba as mi
 
-    data = np.array(mi.traverse(build(state, index))["data"])
+    if (factor := state.nodes[index].props.get("scale", 1.0)) < 0:
+        raise SceneError(message("a light is negative", where=label, got=factor, expected=">= 0"))
+    values = mi.traverse(build_picture(state, index, label))
     # Mitsuba stores the last column before the first, and the first behind the last.
-    texels = data[:, 1 : width + 1] if data.shape[1] == width + 2 else data[:, :width]
-    _check_finite(texels, label)
-    scale = texels[..., 3]
-    if scale.min() < 0 or scale.max() == 0:
-        fault = "an environment map is black" if scale.max() == 0 else "an environment map is negative"
-        raise SceneError(message(fault, where=label, expected="0 or more, and somewhere light"))
+    texels = np.array(values["data"])[:, 1:-1]
     coefficients = texels[..., :3].clip(-_LARGEST, _LARGEST)
-    return np.ascontiguousarray(coefficients, np.float32), np.ascontiguousarray(scale, np.float32)
+    return np.ascontiguousarray(coefficients, np.float32), np.ascontiguousarray(texels[..., 3], np.float32)
 
 
-def _grey(values: NDArray[np.floating], label: str) -> NDArray[np.float32]:
+def _grey(values: NDArray[np.floating]) -> NDArray[np.float32]:
     """Coefficients of the colours that have one value at all wavelengths."""
-    _check_finite(values, label)
-    if values.min() < 0 or values.max() > 1:
-        raise SceneError(
-            message(
-                "a texture of a reflectance leaves 0 to 1",
-                where=label,
-                got=f"{values.min():g} to {values.max():g}",
-                expected="0 to 1",
-            )
-        )
     y = 2 * values.astype(np.float64) - 1
     constant = y / np.sqrt(np.maximum(1 - y * y, _LARGEST**-2))
     out = np.zeros((*values.shape, 3), dtype=np.float32)
     out[..., 2] = constant.clip(-_LARGEST, _LARGEST)
     return out
-
-
-def _check_finite(values: NDArray[np.floating], label: str) -> None:
-    if not np.isfinite(values).all():
-        bad = int(np.size(values) - np.isfinite(values).sum())
-        raise SceneError(
-            message(
-                "a texture holds values that are not finite numbers",
-                where=label,
-                got=f"{bad} of {np.size(values)}",
-                fix="repair the picture",
-            )
-        )
 
 
 def sigmoid(coefficients: NDArray[np.floating], wavelengths: NDArray[np.floating]) -> NDArray[np.float64]:
