@@ -53,7 +53,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def bitmap(name: str, file: str, **more: str) -> str:
     """A texture; `more` are strings, or elements as they are."""
     inside = "".join(v if v.startswith("<") else f'<string name="{k}" value="{v}"/>' for k, v in more.items())
-    return f'<texture type="bitmap" name="{name}"> <string name="filename" value="{file}"/> {inside} </texture>'
+    return (
+        f'<texture type="bitmap" name="{name}"> <string name="filename" value="{file}"/> {inside} </texture>'
+    )
 
 
 RAW = '<boolean name="raw" value="true"/>'

@@ -51,7 +51,9 @@ def test_a_coated_dye_conserves_photons(scatterings: int, tmp_path: Path) -> Non
     Stock's plastic gains 0.12 % of uniform light at each scattering, with which the count must grow.
     """
     xml = furnace(48, 256, max_depth=scatterings + 1, rr_depth=1000)
-    coated = f'<bsdf type="fluorescent"> <float name="int_ior" value="1.5"/> {inline(photon_conserving())} </bsdf>'
+    coated = (
+        f'<bsdf type="fluorescent"> <float name="int_ior" value="1.5"/> {inline(photon_conserving())} </bsdf>'
+    )
     scene = load_scene(write(tmp_path, xml.replace('<bsdf type="diffuse"/>', coated)))
     image = render(scene, wavelengths=GRID, seed=6)
     photons = image.total().values.astype(float) @ GRID.values / (GRID.values @ sampled(light_values(), GRID))
@@ -201,7 +203,9 @@ MAP = np.array([[0.0, 0.25, 1.0, 0.5], [0.75, 0.1, 0.0, 2.0], [1.0, 1.0, 0.3, 0.
 
 def test_a_dye_map_prints_the_dye(tmp_path: Path) -> None:
     """Luminescence follows the concentration texel by texel, what is reflected does not."""
-    y = shown(tmp_path, f'<bsdf type="fluorescent"> {inline(DYE)} {picture(tmp_path, "concentration", MAP)} </bsdf>')
+    y = shown(
+        tmp_path, f'<bsdf type="fluorescent"> {inline(DYE)} {picture(tmp_path, "concentration", MAP)} </bsdf>'
+    )
     S, L = expected_of()
     assert_shows(y, S, MAP[..., np.newaxis] * L)
 
@@ -211,7 +215,9 @@ def test_a_reflectance_texture_on_a_dye(tmp_path: Path) -> None:
     texels = np.clip(MAP, 0.05, 0.95)
     spectra = inline(DYE).split("<spectrum")
     without = "<spectrum".join(part for part in spectra if 'name="reflectance"' not in part)
-    y = shown(tmp_path, f'<bsdf type="fluorescent"> {without} {picture(tmp_path, "reflectance", texels)} </bsdf>')
+    y = shown(
+        tmp_path, f'<bsdf type="fluorescent"> {without} {picture(tmp_path, "reflectance", texels)} </bsdf>'
+    )
     _, L = expected_of()
     assert_shows(y, np.repeat(texels[..., np.newaxis], len(GRID), axis=2), L)
 
@@ -256,9 +262,7 @@ def test_a_matte_scene_shows_the_same_the_general_way(tmp_path: Path) -> None:
     for seed, scene in enumerate((load_scene(source), load_scene(path))):
         assert (scene.lobes is None) == (seed == 0)
         images.append(
-            fluorspar.render(
-                scene, wavelengths=GRID, seed=seed, spp=64, size=(48, 48), component_errors=True
-            )
+            fluorspar.render(scene, wavelengths=GRID, seed=seed, spp=64, size=(48, 48), component_errors=True)
         )
     for component in COMPONENTS:
         (ours, error), (others, other_error) = (values_and_errors(image, component) for image in images)
