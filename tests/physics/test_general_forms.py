@@ -26,7 +26,6 @@ from lab import (
     paint,
     photon_conserving,
     sampled,
-    sensor,
     values_and_errors,
     write,
 )
@@ -65,7 +64,6 @@ def test_a_coated_dye_conserves_photons(scatterings: int, tmp_path: Path) -> Non
     expected = sum(gain**k for k in range(scatterings + 1))
     error = photons.std() / np.sqrt(photons.size)
     report = {"off": photons.mean() / expected - 1, "error": error / expected, "gain": gain}
-    print(report)
     assert error < 0.0005 * expected, report
     assert abs(photons.mean() - expected) < min(4.5 * error, 0.001 * expected), report
 
@@ -115,7 +113,6 @@ def test_white_bodies_under_uniform_light(name: str, tmp_path: Path) -> None:
     error = np.sqrt(((errors / L) ** 2).sum((0, 1))) / values[..., 0].size
     expected = 1.0 if name == "glass" else albedo(bsdf)
     report = {"share": share / (np.pi / 4), "expected": expected, "error": error}
-    print(report)
     assert abs(expected - stated) < (0.0003 if stated > 0.99 else 0.01), report
     assert (np.abs(share / (np.pi / 4) - expected) < 4.5 * error / (np.pi / 4) + 2e-4).all(), report
 
@@ -146,7 +143,6 @@ def test_a_fluorescent_body_under_uniform_light(sky: str, tmp_path: Path) -> Non
         error = np.sqrt((errors**2).sum((0, 1))) / 256
         off = values.mean((0, 1)) - expected
         report = {"off": off / expected.max(), "error": error / expected.max()}
-        print(component, report)
         assert (np.abs(off) < 4.5 * error + 1e-5 * expected.max()).all(), report
         assert (error < 0.002 * expected.max()).all(), report
 
@@ -272,7 +268,6 @@ def test_a_matte_scene_shows_the_same_the_general_way(tmp_path: Path) -> None:
         report = {"component": component, "off": off / top, "error": off_error / top}
         assert top > 0, report
         assert (np.abs(off) <= 4.5 * off_error + 1e-6 * top).all(), report
-        print(report["component"], np.abs(report["off"]).max(), report["error"].max())
         assert (off_error < 0.02 * top).all(), report
 
 
@@ -298,6 +293,5 @@ def test_paths_among_black_surfaces_serve_bright_ones(tmp_path: Path) -> None:
     direct = values_and_errors(render_chunks(trace_chunks(bright), bright))
     off = (relit[0] - direct[0]).mean() / direct[0].mean()
     error = np.sqrt((relit[1][..., 0] ** 2 + direct[1][..., 0] ** 2).sum()) / direct[0][..., 0].sum()
-    print({"off": off, "error": error})
     assert abs(off) < 4.5 * error
     assert error < 0.005
