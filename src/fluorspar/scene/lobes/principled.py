@@ -12,8 +12,8 @@ __all__ = ["principled"]
 
 def principled(table: LobeTable, index: int, side: Side) -> None:
     props = table.state.nodes[index].props
-    for tint in ("spec_tint", "sheen_tint"):
-        if tint in props and props.get(tint, 0.0) != 0.0:
+    for tint, strength in (("spec_tint", 1.0), ("sheen_tint", props.get("sheen", 0.0))):
+        if strength != 0.0 and props.get(tint, 0.0) != 0.0:
             raise SceneError(
                 message(
                     f"'{tint}' is not supported",
