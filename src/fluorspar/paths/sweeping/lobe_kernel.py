@@ -29,13 +29,15 @@ from fluorspar.paths import log as log_module
 from fluorspar.paths.log import BLOCK, END
 from fluorspar.paths.sweeping import batches as batches_module
 from fluorspar.paths.sweeping import luminesce as luminesce_module
+from fluorspar.paths.sweeping import registers as registers_module
 from fluorspar.paths.sweeping import spectral_tables as spectral_tables_module
 from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, TOTAL, Tally, count, new_tally, store
 from fluorspar.paths.sweeping.kept_code import keep_code
 from fluorspar.paths.sweeping.luminesce import luminesce
+from fluorspar.paths.sweeping.registers import collect, colour, reflect
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
 from fluorspar.scene.lobes import lobe as lobe_module
-from fluorspar.scene.lobes.lobe import DARK, HALF, REST, Lobes
+from fluorspar.scene.lobes.lobe import DARK, FULL, REST, Lobes
 
 __all__ = ["LobeTables", "compiled_for_lobes", "lobe_tables", "new_lobe_scratch"]
 
@@ -49,10 +51,12 @@ class LobeTables(NamedTuple):
     Attributes
     ----------
     spectra : SpectralTables
-    more : SpectralTables
-        What luminesces more than once at one surface, under its coat, by the same rows; `reflectance` is the diagonal.
+        If `coated`, another row follows for each: what luminesces more than once at one surface, under its coat.
+    rows : int
+        Rows that paths refer to; the texels follow.
     coated : bool
-        Whether anything does.
+    components : ndarray of int64
+        Components that occur, except where nothing luminesces.
     colours, light_colours : ndarray of shape (texels, 4), float32
         See `Lobes`.
     wavelengths : ndarray of shape (B,), float32
@@ -60,8 +64,9 @@ class LobeTables(NamedTuple):
     """
 
     spectra: SpectralTables
-    more: SpectralTables
+    rows: int
     coated: bool
+    components: NDArray[np.int64]
     colours: NDArray[np.float32]
     light_colours: NDArray[np.float32]
     wavelengths: NDArray[np.float32]
@@ -74,40 +79,59 @@ def lobe_tables(
     more: Sequence[DonaldsonMatrix] | None = None,
 ) -> LobeTables:
     """Lay out the rows of `Lobes`, all on one grid, for the sweep; see `spectral_tables`."""
-    spectra = spectral_tables(matrices, lights)
+    spectra = spectral_tables([*matrices, *(more or ())], lights)
     values = np.clip(matrices[0].wavelengths.values, 360.0, 830.0)
     width = spectra.reflectance.shape[1]
     wavelengths = np.concatenate([values, np.repeat(values[-1:], width - len(values))])
-    second = spectral_tables(more or matrices[:1], [])
     return LobeTables(
-        spectra, second, more is not None, lobes.colours, lobes.light_colours, wavelengths.astype(np.float32)
+        spectra,
+        len(matrices),
+        more is not None,
+        np.arange(COMPONENT_COUNT) if (spectra.glows >= 0).any() else np.array([0, 1, 3]),
+        lobes.colours,
+        lobes.light_colours,
+        wavelengths.astype(np.float32),
     )
 
 
 class LobePath(NamedTuple):
     """One path: what is recorded of it, and the light that arrives at the vertex it has been swept to.
 
-    `row`, `found` (d) and `sent` (c) are of shape (vertices, terms); `hit` is h, `lights` are the rows of L_a and L_b.
+    Attributes
+    ----------
+    row, found, sent : ndarray of shape (terms,)
+        Of all its vertices, one after another, without terms that are 0: the row, d and c. A row of the table that a
+        texel has is one beyond it.
+    first : ndarray of shape (vertices + 1,)
+        Where the terms of a vertex begin.
+    hit, lights : ndarray of shape (vertices,) and (vertices, 2)
+        h, and the rows of L_a and L_b.
+    own, shining : ndarray of shape (terms, B) and (2, B)
+        Spectra of texels: those of the terms of a vertex, L_a and L_b.
+    A, R : ndarray of shape (B,)
+    excites : ndarray of shape (4, B)
+        What excites luminescence: direct light, light that has luminesced never and more often, and all of it.
     """
 
     row: Any
     found: Any
     sent: Any
+    first: Any
     hit: Any
     lights: Any
-    La: Any
-    Lb: Any
+    own: Any
+    shining: Any
     A: Any
-    B: Any
-    X: Any
     R: Any
-    F: Any
-    G: Any
-    FG: Any
+    excites: Any
 
 
 class LobeScratch(NamedTuple):
-    """What a sweep works in. `y` (7, B) is the light of a batch by component, `sums` of all batches that are closed."""
+    """What a sweep works in.
+
+    `y` (9, B) is the light of a batch by component, and then F and G; `sums` (7, B) that of all batches that are
+    closed.
+    """
 
     path: LobePath
     tally: Tally
@@ -116,19 +140,24 @@ class LobeScratch(NamedTuple):
     total: NDArray[np.float32]
 
 
+_F, _G = COMPONENT_COUNT, COMPONENT_COUNT + 1
+
+
 def new_lobe_scratch(terms: int, width: int, room: int) -> LobeScratch:
     """Scratch for paths of up to 32 times `room` vertices."""
     vertices = _VERTICES * room
     path = LobePath(
-        np.zeros((vertices, terms), dtype=np.int64),
-        np.zeros((vertices, terms), dtype=np.float32),
-        np.zeros((vertices, terms), dtype=np.float32),
+        np.zeros(vertices * terms, dtype=np.int64),
+        *np.zeros((2, vertices * terms), dtype=np.float32),
+        np.zeros(vertices + 1, dtype=np.int64),
         np.zeros(vertices, dtype=np.float32),
         np.zeros((vertices, 2), dtype=np.int64),
-        *(np.zeros(width, dtype=np.float32) for _ in range(9)),
+        *(np.zeros((count, width), dtype=np.float32) for count in (terms, 2)),
+        *np.zeros((2, width), dtype=np.float32),
+        np.zeros((4, width), dtype=np.float32),
     )
-    parts = (np.zeros((COMPONENT_COUNT, width), dtype=np.float32) for _ in range(2))
-    return LobeScratch(path, new_tally(width), *parts, np.zeros(width, dtype=np.float32))
+    y, sums = (np.zeros((count, width), dtype=np.float32) for count in (_G + 1, COMPONENT_COUNT))
+    return LobeScratch(path, new_tally(width), y, sums, np.zeros(width, dtype=np.float32))
 
 
 @numba.njit(inline="always")
@@ -139,6 +168,7 @@ def _read_path(log: Any, slot: Any, entry: Any, path: Any, terms: int, one_light
     source_light = np.int64(0)
     block = slot // BLOCK
     stride = len(log.sampled)
+    term = 0
     while True:
         if entry == log.strips[block, 1]:
             slot = np.int64(log.goes_on[slot])
@@ -161,216 +191,197 @@ def _read_path(log: Any, slot: Any, entry: Any, path: Any, terms: int, one_light
             break
         goes_on = False
         for t in range(terms):
-            path.row[n, t] = log.row[i + t * stride]
-            path.found[n, t] = log.direct[i + t * stride]
-            c = log.weight[i + t * stride]
-            path.sent[n, t] = c
-            goes_on = goes_on or c != 0
+            at = i + t * stride
+            c, d = log.weight[at], log.direct[at]
+            if c != 0 or d != 0:
+                path.row[term] = log.row[at]
+                path.found[term] = d
+                path.sent[term] = c
+                goes_on = goes_on or c != 0
+                term += 1
         path.hit[n] = 0
         if not one_light:
             path.lights[n, 0] = log.direct_light[i]
             path.lights[n, 1] = 0
         n += 1
+        path.first[n] = term
         if not goes_on:
             break
     return n, source, source_light, slot, entry
 
 
 @numba.njit(inline="always")
-def _colour(out: Any, colours: Any, number: int, w: Any, width: int) -> None:
-    """Put the spectrum of a texel into `out`, with what a lobe makes of it; see `operate`."""
-    one, half = np.float32(1), np.float32(0.5)
-    c0, c1, c2, operation = colours[number]
-    for j in range(width):
-        x = (c0 * w[j] + c1) * w[j] + c2
-        out[j] = half + half * x / np.sqrt(one + x * x)
-    if operation > 0:
-        for j in range(width):
-            out[j] = out[j] * (one - operation) / (one - operation * out[j])
-    elif operation == REST:
-        for j in range(width):
-            out[j] = one - out[j]
-    elif operation < 0:
-        two = np.float32(2)
-        for j in range(width):
-            out[j] = np.sqrt(out[j])
-        if operation == DARK:
-            for j in range(width):
-                out[j] = two * (out[j] - half) * (out[j] - one)
-        elif operation == HALF:
-            for j in range(width):
-                out[j] = two * two * out[j] * (one - out[j])
-        else:
-            for j in range(width):
-                out[j] = two * out[j] * (out[j] - half)
+def _put_spectra(path: Any, k: int, tables: Any, width: int) -> bool:
+    """Put the spectra of the texels at a vertex into the path; return whether one of its terms luminesces."""
+    glows = False
+    first = path.first[k]
+    for term in range(first, path.first[k + 1]):
+        if path.row[term] >= tables.rows:
+            _put_colour(path, term - first, tables, path.row[term] - tables.rows, width)
+        elif tables.spectra.glows[path.row[term]] >= 0:
+            glows = True
+    return glows
 
 
 @numba.njit(inline="always")
-def _light(out: Any, row: int, tables: Any, width: int) -> None:
-    """Put the spectrum of a light into `out`: one of the table, or one of it times the colour of a texel."""
+def _put_colour(path: Any, to: int, tables: Any, number: int, width: int) -> None:
+    """Put the spectrum of a texel into the path, with what a lobe makes of it; see `operate`."""
+    c0, c1, c2, operation = tables.colours[number]
+    colour(path, tables, to, width, c0, c1, c2)
+    if operation == 0:
+        return
+    one, two = np.float32(1), np.float32(2)
+    out = path.own
+    if operation > 0:
+        for j in range(width):
+            out[to, j] = out[to, j] * (one - operation) / (one - operation * out[to, j])
+    elif operation == REST:
+        for j in range(width):
+            out[to, j] = one - out[to, j]
+    else:
+        # k0 + k1 s + k2 S, with the root s of S.
+        k0, k1, k2 = np.float32(0), two * two, -two * two
+        if operation == DARK:
+            k0, k1, k2 = one, -one - two, two
+        elif operation == FULL:
+            k1, k2 = -one, two
+        for j in range(width):
+            out[to, j] = k0 + k1 * np.sqrt(out[to, j]) + k2 * out[to, j]
+
+
+@numba.njit(inline="always")
+def _light(out: Any, to: int, row: int, tables: Any, width: int) -> None:
+    """Put the spectrum of a light into a row of `out`: one of the table, or one of it times the colour of a texel."""
     L = tables.spectra.lights
     if row < len(L):
         for j in range(width):
-            out[j] = L[row, j]
+            out[to, j] = L[row, j]
     else:
         w, half, one = tables.wavelengths, np.float32(0.5), np.float32(1)
         c0, c1, c2, number = tables.light_colours[row - len(L)]
         white = np.int64(number)
         for j in range(width):
             x = (c0 * w[j] + c1) * w[j] + c2
-            out[j] = L[white, j] * (half + half * x / np.sqrt(one + x * x))
+            out[to, j] = L[white, j] * (half + half * x / np.sqrt(one + x * x))
 
 
 @numba.njit(inline="always")
-def _coefficients(path: Any, k: int, terms: int, tables: Any, width: int) -> bool:
-    """Put A and B of a vertex into the path; return whether one of its terms luminesces."""
-    A, B = path.A, path.B
-    S, colours, w = tables.spectra.reflectance, tables.colours, tables.wavelengths
-    rows = len(S)
-    glows = False
-    for j in range(width):
-        A[j] = 0
-    for j in range(width):
-        B[j] = 0
-    for t in range(terms):
-        c, d = path.sent[k, t], path.found[k, t]
-        if c == 0 and d == 0:
-            continue
-        r = path.row[k, t]
-        if r < rows:
-            for j in range(width):
-                A[j] += c * S[r, j]
-            for j in range(width):
-                B[j] += d * S[r, j]
-            glows = glows or tables.spectra.glows[r] >= 0
-        else:
-            X = path.X
-            _colour(X, colours, r - rows, w, width)
-            for j in range(width):
-                A[j] += c * X[j]
-            for j in range(width):
-                B[j] += d * X[j]
-    return glows
-
-
-@numba.njit(inline="always")
-def _propagate(path: Any, n: int, terms: int, tables: Any, width: int) -> bool:
-    """Sweep from vertex n - 1 to vertex 1; R, F, G then arrive at vertex 0. Return whether the path has luminesced."""
-    La, Lb = path.La, path.Lb
-    A, B, X, R, F, G, FG = path.A, path.B, path.X, path.R, path.F, path.G, path.FG
+def _sweep_path(path: Any, n: int, tables: Any, y: Any, width: int) -> None:
+    """Sweep from vertex n - 1 to vertex 0, and add the components that it sends to the camera to `y`."""
+    R, A, excites, shining = path.R, path.A, path.excites, path.shining
     luminesced = False
     for j in range(width):
         R[j] = 0
-    k = n - 1
-    while k > 0:
+    for k in range(n - 1, -1, -1):
+        glows = _put_spectra(path, k, tables, width)
         h, a, b = path.hit[k], path.lights[k, 0], path.lights[k, 1]
-        glows = _coefficients(path, k, terms, tables, width)
-        _light(La, a, tables, width)
-        if h > 0:
-            _light(Lb, b, tables, width)
-            for j in range(width):
-                R[j] += h * Lb[j]
-        if luminesced:
-            for j in range(width):
-                FG[j] = F[j] + G[j]
-            for j in range(width):
-                F[j] *= A[j]
-            for j in range(width):
-                G[j] *= A[j]
-        elif glows:
-            for j in range(width):
-                F[j] = 0
-            for j in range(width):
-                G[j] = 0
-            for j in range(width):
-                FG[j] = 0
+        if glows or a >= len(tables.spectra.lights):
+            _light(shining, 0, a, tables, width)
+        if glows or b >= len(tables.spectra.lights):
+            _light(shining, 1, b, tables, width)
         if glows:
-            for t in range(terms):
-                r = path.row[k, t]
-                c, d = path.sent[k, t], path.found[k, t]
-                if r < len(tables.spectra.glows) and tables.spectra.glows[r] >= 0 and (c != 0 or d != 0):
+            for j in range(width):
+                excites[1, j] = R[j]
+        if k > 0:
+            reflect(path, tables, k, width)
+        else:
+            collect(path, tables, k, width, y)
+        if luminesced:
+            if glows:
+                for j in range(width):
+                    excites[2, j] = y[_F, j] + y[_G, j]
+            if k > 0:
+                for j in range(width):
+                    y[_F, j] *= A[j]
+                for j in range(width):
+                    y[_G, j] *= A[j]
+            else:
+                for j in range(width):
+                    y[5, j] += A[j] * y[_F, j]
+                for j in range(width):
+                    y[6, j] += A[j] * y[_G, j]
+        if glows:
+            if not luminesced:
+                for q in range(_F, _G + 1):
                     for j in range(width):
-                        X[j] = d * La[j] + c * R[j]
-                    luminesce(F, X, np.float32(1), r, width, tables.spectra)
-                    if luminesced:
-                        luminesce(G, FG, c, r, width, tables.spectra)
-                    if tables.coated and tables.more.glows[r] >= 0:
-                        if luminesced:
-                            for j in range(width):
-                                X[j] += c * FG[j]
-                        for j in range(width):
-                            G[j] += tables.more.reflectance[r, j] * X[j]
-                        luminesce(G, X, np.float32(1), r, width, tables.more)
-            luminesced = True
-        for j in range(width):
-            R[j] = A[j] * R[j] + B[j] * La[j]
-        k -= 1
-    return luminesced
+                        y[q, j] = 0
+                for j in range(width):
+                    excites[2, j] = 0
+            luminesced = _luminesce_terms(path, k, h, luminesced, tables, y, width)
 
 
 @numba.njit(inline="always")
-def _collect(path: Any, luminesced: bool, terms: int, tables: Any, y: Any, width: int) -> None:
-    """Add the components that vertex 0 sends to the camera."""
-    La, Lb = path.La, path.Lb
-    A, B, X, R, F, G, FG = path.A, path.B, path.X, path.R, path.F, path.G, path.FG
-    h, a, b = path.hit[0], path.lights[0, 0], path.lights[0, 1]
-    glows = _coefficients(path, 0, terms, tables, width)
-    _light(La, a, tables, width)
-    _light(Lb, b, tables, width)
-    for j in range(width):
-        y[1, j] += B[j] * La[j] + A[j] * (h * Lb[j])
-    for j in range(width):
-        y[3, j] += A[j] * R[j]
-    if luminesced:
+def _luminesce_terms(path: Any, k: int, h: Any, luminesced: bool, tables: Any, y: Any, width: int) -> bool:
+    """Add what the terms of a vertex luminesce to F and G, or to the components that it sends to the camera."""
+    X, R, FG, every = path.excites[0], path.excites[1], path.excites[2], path.excites[3]
+    la, lb = path.shining[0], path.shining[1]
+    for term in range(path.first[k], path.first[k + 1]):
+        r = path.row[term]
+        if r >= tables.rows or tables.spectra.glows[r] < 0:
+            continue
+        c, d = path.sent[term], path.found[term]
         for j in range(width):
-            y[5, j] += A[j] * F[j]
-        for j in range(width):
-            y[6, j] += A[j] * G[j]
-        for j in range(width):
-            FG[j] = F[j] + G[j]
-    if glows:
-        for t in range(terms):
-            r = path.row[0, t]
-            c, d = path.sent[0, t], path.found[0, t]
-            if r < len(tables.spectra.glows) and tables.spectra.glows[r] >= 0 and (c != 0 or d != 0):
+            every[j] = 0
+        # Of direct light, of light that has luminesced never, and more often; and more than once under the coat.
+        for q in range(4):
+            row = r
+            if q == 0:
                 for j in range(width):
-                    X[j] = d * La[j] + c * h * Lb[j]
-                luminesce(y[2], X, np.float32(1), r, width, tables.spectra)
-                luminesce(y[4], R, c, r, width, tables.spectra)
-                if luminesced:
-                    luminesce(y[6], FG, c, r, width, tables.spectra)
-                if tables.coated and tables.more.glows[r] >= 0:
+                    X[j] = d * la[j] + c * h * lb[j]
+                if k > 0:  # direct or not is only told apart towards the camera
                     for j in range(width):
                         X[j] += c * R[j]
-                    if luminesced:
-                        for j in range(width):
-                            X[j] += c * FG[j]
-                    for j in range(width):
-                        y[6, j] += tables.more.reflectance[r, j] * X[j]
-                    luminesce(y[6], X, np.float32(1), r, width, tables.more)
+            elif q == 1:
+                if k > 0:
+                    continue
+                for j in range(width):
+                    X[j] = c * R[j]
+            elif q == 2:
+                if not luminesced:
+                    continue
+                for j in range(width):
+                    X[j] = c * FG[j]
+            else:
+                if not tables.coated:
+                    continue
+                row = r + tables.rows
+                for j in range(width):
+                    X[j] = every[j]
+            to = (_F if q < 2 else _G) if k > 0 else min(2 * q + 2, 6)
+            if q == 3:
+                for j in range(width):
+                    y[to, j] += tables.spectra.reflectance[row, j] * X[j]
+            elif tables.coated:
+                for j in range(width):
+                    every[j] += X[j]
+            luminesce(y[to], X, np.float32(1), row, width, tables.spectra)
+    return True
 
 
 @cache
-def compiled_for_lobes(width: int, terms: int, one_light: bool, component_errors: bool) -> Callable[..., int]:
-    """Compile the sweep for a padded number of bands and a number of terms; see `compiled` of `kernel.py`."""
+def compiled_for_lobes(width: int) -> Callable[..., int]:
+    """Compile the sweep for a padded number of bands; see `compiled` of `kernel.py`."""
     version = _version()
 
     @numba.njit(nogil=True, fastmath=_FAST, _nrt=False)
     def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
         _ = version
         path, tally, y, sums, total = scratch
+        terms = len(log.row) // len(log.sampled)
+        one_light = len(log.direct_light) == 0
+        component_errors = errors.shape[1] > 0
         for p in range(first, stop):
             part = 0
             slot = np.int64(p * parts)
             entry = np.int64(0)
             next_part = 0
-            for c in range(COMPONENT_COUNT):
+            for c in tables.components:
                 for j in range(width):
                     sums[c, j] = 0
             for b in range(batches):
                 begin = b * spp // batches
                 end = (b + 1) * spp // batches
-                for c in range(COMPONENT_COUNT):
+                for c in tables.components:
                     for j in range(width):
                         y[c, j] = 0
                 for s in range(begin, end):
@@ -383,22 +394,21 @@ def compiled_for_lobes(width: int, terms: int, one_light: bool, component_errors
                     if n < 0:
                         return p
                     if source > 0:
-                        _light(path.Lb, light, tables, width)
+                        _light(path.shining, 1, light, tables, width)
                         for j in range(width):
-                            y[0, j] += source * path.Lb[j]
+                            y[0, j] += source * path.shining[1, j]
                     if n > 0:
-                        luminesced = _propagate(path, n, terms, tables, width)
-                        _collect(path, luminesced, terms, tables, y, width)
+                        _sweep_path(path, n, tables, y, width)
                 for j in range(width):
                     total[j] = 0
-                for c in range(COMPONENT_COUNT):
+                for c in tables.components:
                     for j in range(width):
                         total[j] += y[c, j]
                     for j in range(width):
                         sums[c, j] += y[c, j]
                 count(tally, TOTAL, total, end - begin, b, width)
                 if component_errors:
-                    for c in range(COMPONENT_COUNT):
+                    for c in tables.components:
                         count(tally, c, y[c], end - begin, b, width)
             store(
                 at + p,
@@ -414,7 +424,7 @@ def compiled_for_lobes(width: int, terms: int, one_light: bool, component_errors
             )
         return stop
 
-    keep_code(kernel, f"the sweep of {width} bands and {terms} lobes")
+    keep_code(kernel, f"the sweep of {width} bands and lobes")
     return kernel  # type: ignore[no-any-return]
 
 
@@ -425,6 +435,7 @@ def _version() -> int:
         log_module,
         batches_module,
         luminesce_module,
+        registers_module,
         spectral_tables_module,
         lobe_module,
     )

@@ -61,7 +61,7 @@ def sweep(
     if isinstance(tables, LobeTables):
         width = len(tables.wavelengths)
         terms = log.row.size // log.sampled.size
-        kernel = compiled_for_lobes(width, terms, one_light, component_errors)
+        kernel = compiled_for_lobes(width)
         scratch_for = partial(new_lobe_scratch, terms, width)
     else:
         rows, width = tables.reflectance.shape

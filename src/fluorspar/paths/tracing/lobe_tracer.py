@@ -36,10 +36,10 @@ class LobeTracer(Tracer):
         self.terms = scene.terms
         self.first_of_shape = mi.UInt32(scene.first_of_shape)
         slots = scene.slots
-        self.channel, self.row = mi.UInt32(slots.channel), mi.UInt32(slots.row)
-        self.angles, self.texture = mi.UInt32(slots.angles), mi.Int32(slots.texture)
-        self.scale = mi.Float(slots.scale)
-        self.found, self.sent = mi.Bool(slots.found), mi.Bool(slots.sent)
+        # In packets of four, one gather for each: row, texture + 1, scale, and the rest.
+        rest = slots.channel | slots.found.astype(np.uint32) << 3 | slots.sent.astype(np.uint32) << 4
+        packets = (slots.row, (slots.texture + 1).astype(np.uint32), slots.scale.view(np.uint32))
+        self.slots = mi.UInt32(np.stack([*packets, rest | slots.angles << 5], axis=1).ravel())
         textures = scene.lobes.textures
         self.textured, self.metallic = bool((slots.texture >= 0).any()), bool(slots.angles.any())
         self.picks = self.textured or self.metallic
@@ -54,10 +54,9 @@ class LobeTracer(Tracer):
             self.light_texture = mi.Int32([texture for texture, _ in rows])
             self.light_first = mi.UInt32([scene.lights + first for _, first in rows])
         if textures:
-            self.size = mi.Point2u([t.width for t in textures], [t.height for t in textures])
-            self.to_uv = [mi.Float([t.to_uv[k] for t in textures]) for k in range(6)]
-            self.bilinear = mi.Float([float(t.bilinear) for t in textures])
-            self.wrap = mi.UInt32([_WRAPS.index(t.wrap) for t in textures])
+            self.to_uv = mi.Float(np.float32([(*t.to_uv, 0, 0) for t in textures]).ravel())
+            kinds = [(t.width, t.height, t.bilinear, _WRAPS.index(t.wrap)) for t in textures]
+            self.grids = mi.UInt32(np.uint32(kinds).ravel())
         self.meshes = MeshColours(scene) if any(t.mesh >= 0 for t in textures) else None
 
     def first_state(self) -> dict[str, Any]:
@@ -120,22 +119,20 @@ class LobeTracer(Tracer):
         terms = []
         for t in range(self.terms):
             at = side * self.terms + t
-            channel = dr.gather(mi.UInt32, self.channel, at, active)
-            scale = dr.gather(mi.Float, self.scale, at, active)
-            row = dr.gather(mi.UInt32, self.row, at, active)
+            row, texture, bits, rest = dr.gather(mi.Vector4u, self.slots, at, active)
+            scale, channel = dr.reinterpret_array(mi.Float, bits), rest & 7
             found, sent = _of_channel(value, channel), _of_channel(weight, channel)
             if self.straight:
                 sent = dr.select(straight, dr.select(channel == STRAIGHT, dr.max(weight), 0.0), sent)
             if self.textured:
-                texture = dr.gather(mi.Int32, self.texture, at, active)
-                row += _texel(self, texture, si.uv, pick, active)
+                number = mi.Int32(texture) - 1
+                row += _texel(self, number, si.uv, pick, active)
                 if self.meshes is not None:
-                    row += self.meshes.texel(texture, si, pick.x, active)
+                    row += self.meshes.texel(number, si, pick.x, active)
             if self.metallic:
-                of_found = dr.gather(mi.Bool, self.found, at, active)
-                of_sent = dr.gather(mi.Bool, self.sent, at, active)
+                of_found, of_sent = (rest & 8) != 0, (rest & 16) != 0
                 found, sent = dr.select(of_found, found, 0.0), dr.select(of_sent, sent, 0.0)
-                angles = dr.gather(mi.UInt32, self.angles, at, active)
+                angles = rest >> 5
                 cosine = dr.sqrt(dr.clip((1 + dr.dot(si.wi, dr.select(of_found, wo, bs.wo))) / 2, 0, 1))
                 step = mi.UInt32(dr.sqrt(cosine) * (mi.Float(angles) - 1) + pick.x)
                 row += dr.select(angles > 0, dr.minimum(step, angles - 1), 0)
@@ -278,10 +275,10 @@ def _texel(tracer: LobeTracer, texture: Any, uv: Any, pick: Any, active: Any) ->
     """The texel of a texture at a place of the surface, one of four at random where it is interpolated."""
     textured = active & (texture >= 0)
     number = mi.UInt32(dr.maximum(texture, 0))
-    a, b, c, d, e, f = (dr.gather(mi.Float, values, number, textured) for values in tracer.to_uv)
-    width, height = dr.gather(mi.Point2u, tracer.size, number, textured)
-    bilinear = dr.gather(mi.Float, tracer.bilinear, number, textured)
-    wrap = dr.gather(mi.UInt32, tracer.wrap, number, textured)
+    a, b, c, d = dr.gather(mi.Vector4f, tracer.to_uv, 2 * number, textured)
+    e, f, _, _ = dr.gather(mi.Vector4f, tracer.to_uv, 2 * number + 1, textured)
+    width, height, interpolated, wrap = dr.gather(mi.Vector4u, tracer.grids, number, textured)
+    bilinear = mi.Float(interpolated)
     x = (a * uv.x + b * uv.y + c) * mi.Float(width) + bilinear * (pick.x - 0.5)
     y = (d * uv.x + e * uv.y + f) * mi.Float(height) + bilinear * (pick.y - 0.5)
     return dr.select(textured, _wrapped(y, height, wrap) * width + _wrapped(x, width, wrap), 0)
