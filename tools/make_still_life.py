@@ -88,20 +88,20 @@ def handle(bend: NDArray[np.float64], radius: float, around: int) -> tuple[NDArr
 
 def mug() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """A mug with a handle; the handle's ends lie inside its wall."""
-    profile = rounded(
-        [
-            *((0, 0.35, 0), (2.9, 0.35, 0.15), (3.1, 0, 0.1), (3.9, 0.0, 0.5), (4.15, 4, 1), (4.2, 9.4, 0.14)),
-            *((3.85, 9.4, 0.14), (3.8, 5, 1), (3.6, 0.7, 1.0), (0, 0.7, 0)),
-        ],
-        steps=5,
-    )
+    height = np.linspace(0.9, 9.2, 18)
+    belly = 4.5 - 0.024 * (height - 3.0) ** 2
+    foot = rounded([(0, 0.35, 0), (2.9, 0.35, 0.15), (3.1, 0, 0.1), (4.1, 0, 0.8), (belly[0], height[0], 0)], steps=5)
+    top = belly[-1]
+    rim = rounded([(top, 9.2, 0), (top - 0.02, 9.4, 0.14), (top - 0.3, 9.4, 0.14), (top - 0.3, 9.2, 0)], steps=5)
+    inside = np.stack([belly[::-1] - 0.35, height[::-1]], -1)[1:]
+    profile = np.concatenate([foot, np.stack([belly, height], -1)[1:-1], rim, inside, [[2.5, 0.7], [0, 0.7]]])
     profile[profile[:, 0] == 0, 0] = 1e-3
     body, faces = revolved(profile, 56)
     t = np.linspace(0, 1, 26)[:, np.newaxis]
-    ends = np.array([[3.9, 7.9], [8.6, 9.0], [7.8, 1.6], [3.95, 2.0]])
+    ends = np.array([[3.75, 7.9], [8.6, 9.0], [8.0, 1.6], [4.2, 2.0]])
     bend = ((1 - t) ** 3 * ends[0] + 3 * (1 - t) ** 2 * t * ends[1] + 3 * (1 - t) * t**2 * ends[2] + t**3 * ends[3])
     tube, more = handle(bend, 0.62, 14)
-    return np.concatenate([body, tube]), np.concatenate([faces, more + len(body)])
+    return np.concatenate([body, tube]), np.concatenate([faces, more[:, ::-1] + len(body)])
 
 
 def tumbler() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -228,11 +228,12 @@ def sky() -> NDArray[np.float32]:
     height, width = 32, 64
     theta = (np.arange(height)[:, np.newaxis] + 0.5) / height
     up = np.cos(np.pi * theta) + np.zeros((1, width))
-    room = np.where(up[..., np.newaxis] > 0, [0.030, 0.031, 0.036], [0.020, 0.016, 0.013]) * np.ones((1, 1, 3))
+    room = np.where(up[..., np.newaxis] > 0, [0.014, 0.014, 0.016], [0.007, 0.007, 0.009]) * np.ones((1, 1, 3))
     room *= (1 + 0.5 * np.clip(up, -1, 1))[..., np.newaxis]
-    dusk = np.array([0.75, 0.95, 1.35])
+    dusk = np.array([0.72, 0.95, 1.4])
 
     def window(column: int, across: int, top: int, bottom: int, brightness: float) -> None:
+        """Straight ahead is column 0, to the right 16, to the left 48."""
         for x in range(across):
             for y in range(top, bottom):
                 if x % 5 == 4 or (y - top) % 4 == 3:
@@ -240,8 +241,8 @@ def sky() -> NDArray[np.float32]:
                 glow = 1.0 - 0.5 * (y - top) / (bottom - top)
                 room[y, (column + x) % width] = brightness * glow * dusk
 
-    window(6, 9, 6, 13, 3.0)
-    window(44, 4, 8, 14, 1.0)
+    window(41, 9, 8, 15, 0.9)
+    window(17, 4, 9, 14, 0.3)
     return room.astype(np.float32)
 
 
