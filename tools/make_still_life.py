@@ -238,10 +238,9 @@ def sky() -> NDArray[np.float32]:
             for y in range(top, bottom):
                 if x % 5 == 4 or (y - top) % 4 == 3:
                     continue  # bars
-                glow = 1.0 - 0.5 * (y - top) / (bottom - top)
-                room[y, (column + x) % width] = brightness * glow * dusk
+                room[y, (column + x) % width] = brightness * dusk
 
-    window(41, 9, 8, 15, 0.9)
+    window(40, 6, 9, 16, 2.4)
     window(17, 4, 9, 14, 0.3)
     return room.astype(np.float32)
 
