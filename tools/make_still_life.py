@@ -21,14 +21,23 @@ FOLDER = Path(__file__).parents[1] / "src" / "fluorspar" / "data" / "scenes" / "
 PAGE = (14.8, 21.0)  # cm, A5
 LINES = (
     *("Fluorspar is calcium fluoride. Its crystals are", "cubes or octahedra, violet, green or clear."),
-    *("", "In 1852 Stokes held one into the violet end of", "a spectrum, where the eye sees next to nothing,"),
+    *(
+        "",
+        "In 1852 Stokes held one into the violet end of",
+        "a spectrum, where the eye sees next to nothing,",
+    ),
     *("and it shone blue: it returned the light at a", "longer wavelength. He named this after it,"),
     *("fluorescence.", "", "Paper, paint and inks of markers do the same."),
     *("What they return depends on what they get,", "wavelength by wavelength, so red, green and blue"),
     *("cannot tell it. A table with a row for each", "wavelength that comes in can, and a column for"),
     *("each one that goes out: a Donaldson matrix.",),
 )
-MARKED = ((3, 0.28, 0.62), (5, 0.13, 0.86), (7, 0.1, 0.36), (14, 0.44, 0.87))  # line, from, to (widths of the page)
+MARKED = (
+    (3, 0.28, 0.62),
+    (5, 0.13, 0.86),
+    (7, 0.1, 0.36),
+    (14, 0.44, 0.87),
+)  # line, from, to (widths of the page)
 POINTS = 1400  # the page is drawn this high
 
 
@@ -58,7 +67,8 @@ def rounded(corners: Sequence[tuple[float, float, float]], steps: int = 4) -> ND
     for before, (x, y, size), after in zip(corners, corners[1:], corners[2:], strict=False):
         here = np.array([x, y])
         start, end = (
-            here + size * (np.array(c[:2]) - here) / np.linalg.norm(np.array(c[:2]) - here) for c in (before, after)
+            here + size * (np.array(c[:2]) - here) / np.linalg.norm(np.array(c[:2]) - here)
+            for c in (before, after)
         )
         for t in np.linspace(0, 1, steps) if size else [0.0]:
             points.append(tuple((1 - t) ** 2 * start + 2 * t * (1 - t) * here + t * t * end))
@@ -74,7 +84,9 @@ def revolved(profile: NDArray[np.float64], around: int) -> tuple[NDArray[np.floa
     return vertices.reshape(-1, 3), grid_faces(len(profile), around, closed=False)
 
 
-def handle(bend: NDArray[np.float64], radius: float, around: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def handle(
+    bend: NDArray[np.float64], radius: float, around: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """A tube along a curve (x, y) in the plane z = 0."""
     along = np.gradient(bend, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
@@ -83,23 +95,34 @@ def handle(bend: NDArray[np.float64], radius: float, around: int) -> tuple[NDArr
     # flat towards the hand, wider than thick
     out = bend[:, np.newaxis] + 0.75 * radius * np.cos(angle)[:, np.newaxis] * normal[:, np.newaxis]
     z = np.broadcast_to(1.25 * radius * np.sin(angle), out.shape[:2])
-    return np.concatenate([out, z[..., np.newaxis]], -1).reshape(-1, 3), grid_faces(len(bend), around, closed=False)
+    return np.concatenate([out, z[..., np.newaxis]], -1).reshape(-1, 3), grid_faces(
+        len(bend), around, closed=False
+    )
 
 
 def mug() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """A mug with a handle; the handle's ends lie inside its wall."""
     height = np.linspace(0.9, 9.2, 18)
     belly = 4.5 - 0.024 * (height - 3.0) ** 2
-    foot = rounded([(0, 0.35, 0), (2.9, 0.35, 0.15), (3.1, 0, 0.1), (4.1, 0, 0.8), (belly[0], height[0], 0)], steps=5)
+    foot = rounded(
+        [(0, 0.35, 0), (2.9, 0.35, 0.15), (3.1, 0, 0.1), (4.1, 0, 0.8), (belly[0], height[0], 0)], steps=5
+    )
     top = belly[-1]
-    rim = rounded([(top, 9.2, 0), (top - 0.02, 9.4, 0.14), (top - 0.3, 9.4, 0.14), (top - 0.3, 9.2, 0)], steps=5)
+    rim = rounded(
+        [(top, 9.2, 0), (top - 0.02, 9.4, 0.14), (top - 0.3, 9.4, 0.14), (top - 0.3, 9.2, 0)], steps=5
+    )
     inside = np.stack([belly[::-1] - 0.35, height[::-1]], -1)[1:]
     profile = np.concatenate([foot, np.stack([belly, height], -1)[1:-1], rim, inside, [[2.5, 0.7], [0, 0.7]]])
     profile[profile[:, 0] == 0, 0] = 1e-3
     body, faces = revolved(profile, 56)
     t = np.linspace(0, 1, 26)[:, np.newaxis]
     ends = np.array([[3.75, 7.9], [8.6, 9.0], [8.0, 1.6], [4.2, 2.0]])
-    bend = ((1 - t) ** 3 * ends[0] + 3 * (1 - t) ** 2 * t * ends[1] + 3 * (1 - t) * t**2 * ends[2] + t**3 * ends[3])
+    bend = (
+        (1 - t) ** 3 * ends[0]
+        + 3 * (1 - t) ** 2 * t * ends[1]
+        + 3 * (1 - t) * t**2 * ends[2]
+        + t**3 * ends[3]
+    )
     tube, more = handle(bend, 0.62, 14)
     return np.concatenate([body, tube]), np.concatenate([faces, more[:, ::-1] + len(body)])
 
@@ -108,7 +131,14 @@ def tumbler() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """A drinking glass with a thick bottom: one closed surface between glass and air."""
     profile = rounded(
         [
-            *((0, 0, 0), (2.75, 0, 0.3), (3.45, 10.5, 0.12), (3.2, 10.5, 0.12), (2.55, 1.3, 0.5), (0, 1.2, 0)),
+            *(
+                (0, 0, 0),
+                (2.75, 0, 0.3),
+                (3.45, 10.5, 0.12),
+                (3.2, 10.5, 0.12),
+                (2.55, 1.3, 0.5),
+                (0, 1.2, 0),
+            ),
         ],
         steps=5,
     )
@@ -228,7 +258,9 @@ def sky() -> NDArray[np.float32]:
     height, width = 32, 64
     theta = (np.arange(height)[:, np.newaxis] + 0.5) / height
     up = np.cos(np.pi * theta) + np.zeros((1, width))
-    room = np.where(up[..., np.newaxis] > 0, [0.014, 0.014, 0.016], [0.007, 0.007, 0.009]) * np.ones((1, 1, 3))
+    room = np.where(up[..., np.newaxis] > 0, [0.014, 0.014, 0.016], [0.007, 0.007, 0.009]) * np.ones(
+        (1, 1, 3)
+    )
     room *= (1 + 0.5 * np.clip(up, -1, 1))[..., np.newaxis]
     dusk = np.array([0.72, 0.95, 1.4])
 
@@ -247,7 +279,12 @@ def sky() -> NDArray[np.float32]:
 
 def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    for name, mesh in {"mug": mug(), "tumbler": tumbler(), "crystal": crystal(), "print": print_of(page_picture())}.items():
+    for name, mesh in {
+        "mug": mug(),
+        "tumbler": tumbler(),
+        "crystal": crystal(),
+        "print": print_of(page_picture()),
+    }.items():
         write_ply(folder / f"{name}.ply", *mesh)
     where, dye = marks()
     for name, picture in {"marked": where, "ink": dye, "wood": wood()}.items():
