@@ -194,11 +194,11 @@ def print_of(ink: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.in
         rectangles.append((x, y, x + wide, y + high))
     height, width = ink.shape
     x0, y0, x1, y1 = np.array(rectangles, dtype=np.float64).T / np.array([[width], [height]] * 2)
-    corners = np.stack([np.stack([x, y], -1) for x, y in ((x0, y0), (x0, y1), (x1, y1), (x1, y0))], 1)
+    quads = np.stack([np.stack([x, y], -1) for x, y in ((x0, y0), (x0, y1), (x1, y1), (x1, y0))], 1)
     vertices = np.zeros((len(rectangles) * 4, 3))
-    vertices[:, [0, 2]] = (corners.reshape(-1, 2) - 0.5) * PAGE
+    vertices[:, [0, 2]] = (quads.reshape(-1, 2) - 0.5) * PAGE
     first = 4 * np.arange(len(rectangles))[:, np.newaxis]
-    return vertices, np.concatenate([first + [0, 1, 2], first + [0, 2, 3]])
+    return vertices, np.concatenate([first + np.array(corners) for corners in ((0, 1, 2), (0, 2, 3))])
 
 
 def marks() -> tuple[Image.Image, Image.Image]:

@@ -53,7 +53,7 @@ def render(
     method: Annotated[
         str,
         typer.Option(
-            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure."
+            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure, matte only."
         ),
     ] = "paths",
     material: Annotated[
@@ -75,7 +75,11 @@ def render(
         int | None, typer.Option(help="Depth at which Russian roulette begins. [default: the scene's]")
     ] = None,
     matte: Annotated[
-        bool, typer.Option("--matte", help="Render textures, gloss and environment maps as their averages.")
+        bool,
+        typer.Option(
+            "--matte",
+            help="Render textures, gloss and environment maps as diffuse averages; not needed for what is supported.",
+        ),
     ] = False,
     stokes: Annotated[
         str, typer.Option(help="half: excitation at the emission wavelength counts half; strict: not at all.")
