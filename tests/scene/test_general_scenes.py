@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import fluorspar
-from fluorspar.errors import OptionError, SceneError
+from fluorspar.errors import ApproximationWarning, OptionError, SceneError
 from fluorspar.job import RenderJob
 from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
@@ -171,3 +171,32 @@ def test_a_dye_map_of_eight_bits_is_a_concentration(tmp_path: Path) -> None:
         )
         luminescence.append(image.dataset.radiance.sel(component="direct_luminescence").mean(("x", "y")))
     np.testing.assert_allclose(luminescence[0], luminescence[1], rtol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("coat", "plastic"),
+    [({"int_ior": 1.6}, "plastic"), ({"alpha": 0.2, "distribution": "ggx"}, "roughplastic")],
+)
+def test_stock_mitsuba_shows_a_coat(coat: dict[str, Any], plastic: str) -> None:
+    with use_variant("scalar_rgb"):
+        import mitsuba as mi
+
+        fluorspar.register_plugins()
+        colour = {"type": "rgb", "value": [0.2, 0.5, 0.4]}
+        ours = mi.load_dict({"type": "fluorescent", "reflectance": colour, **coat})
+        stock = mi.load_dict({"type": plastic, "diffuse_reflectance": colour, "nonlinear": True, **coat})
+        si = mi.SurfaceInteraction3f()
+        si.wi = [0.0, 0.6, 0.8]
+        for wo in ([0.0, -0.6, 0.8], [0.3, -0.5, 0.8]):
+            args = mi.BSDFContext(), si, mi.Vector3f(wo)
+            assert list(ours.eval(*args)) == list(stock.eval(*args))
+            assert ours.pdf(*args) == stock.pdf(*args)
+        assert ours.flags() == stock.flags()
+
+
+def test_a_coat_that_matte_leaves_out_is_said() -> None:
+    glaze = {"type": "fluorescent", "material": "poster-red", "int_ior": 1.5}
+    scene = {"type": "scene", "camera": {"type": "perspective", "film": {"type": "hdrfilm"}}}
+    scene |= {"light": {"type": "constant"}, "glazed": {"type": "sphere", "bsdf": glaze}}
+    with pytest.warns(ApproximationWarning, match="the coat of BSDF .* is left out"):
+        assert load_scene(scene, matte=True).lobes is None

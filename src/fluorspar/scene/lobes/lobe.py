@@ -224,7 +224,8 @@ class Lobes:
         Returns
         -------
         list of (str, Any)
-            `"texture"` and its name, `"metal"` and its name, or `"material"` and the `Material`, that below a coat too. What is white, such as glass and highlights, is left out.
+            `"texture"` and its name, `"metal"` and its name, or `"material"` and the `Material`, that below a coat too.
+            What is white, such as glass and highlights, is left out.
         """
         found: list[tuple[str, Any]] = []
         for lobe in (lobe for side in self.of_surface[surface] for lobe in side):
