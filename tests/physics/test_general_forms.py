@@ -57,7 +57,8 @@ def test_a_coated_dye_conserves_photons(scatterings: int, tmp_path: Path) -> Non
     image = render(scene, wavelengths=GRID, seed=6)
     photons = image.total().values.astype(float) @ GRID.values / (GRID.values @ sampled(light_values(), GRID))
     gain = albedo(
-        '<bsdf type="plastic" version="3.0.0"> <float name="int_ior" value="1.5"/> <boolean name="nonlinear" value="true"/>'
+        '<bsdf type="plastic" version="3.0.0"> <float name="int_ior" value="1.5"/>'
+        '<boolean name="nonlinear" value="true"/>'
         '<spectrum name="diffuse_reflectance" value="1"/> </bsdf>'
     )
     assert 1 < gain < 1.0015

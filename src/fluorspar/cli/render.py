@@ -63,7 +63,7 @@ def render(
         str,
         typer.Option(
             metavar="paths|staged",
-            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure.",
+            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure, matte only.",
         ),
     ] = "paths",
     material: Annotated[
@@ -85,7 +85,11 @@ def render(
         int | None, typer.Option(help="Depth at which Russian roulette begins. [default: the scene's]")
     ] = None,
     matte: Annotated[
-        bool, typer.Option("--matte", help="Render textures, gloss and environment maps as their averages.")
+        bool,
+        typer.Option(
+            "--matte",
+            help="Render textures, gloss and environment maps as diffuse averages; not needed for what is supported.",
+        ),
     ] = False,
     sensor: Annotated[
         str | None,

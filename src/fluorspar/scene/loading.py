@@ -34,7 +34,7 @@ def load_scene(
     library: Sequence[str | Path] = (),
     sensor: int | str | None = None,
 ) -> Scene:
-    """Load a Mitsuba 3 scene with fluorescent surfaces.
+    """Load a Mitsuba 3 scene; it may have fluorescent surfaces.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ def load_scene(
     materials : mapping of str to str, Path or Material
         Materials from outside, by shape or BSDF id: a `Material`, a name or mixture from the library, or a file.
     matte : bool
-        Render textured, glossy and other surfaces as diffuse ones of their average reflectance, and
-        environment maps as constant light, with a warning each.
+        Render textured, glossy and other surfaces, those that are supported too, as diffuse ones of their average
+        reflectance, and environment maps as constant light, with a warning each.
     parameters : mapping of str to object
         Values for the `$key` substitutions of an XML file.
     library : sequence of str or Path

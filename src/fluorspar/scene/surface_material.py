@@ -46,7 +46,7 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
     Warns
     -----
     ApproximationWarning
-        If it is averaged.
+        If it is averaged, or loses its coat.
     """
     props = state.nodes[index].props
     plugin = props.plugin_name()
@@ -67,6 +67,9 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
             spectrum = plugin_spectrum(state, index, "reflectance", default=DEFAULT_REFLECTANCE, label=where)
             return Material(name, spectrum)
         if plugin == FLUORESCENT:
+            if set(COAT) & set(props.keys()):
+                text = f"the coat of {where} is left out: it is rendered as a matte surface"
+                warnings.warn(text, ApproximationWarning, stacklevel=2)
             return fluorescent_material(state, index, name, where, recipe)
     except SpatialVariation as err:
         if plugin == FLUORESCENT and recipe.matte:

@@ -163,6 +163,8 @@ def _dye_map(state: Any, dye: DyeMap) -> Any:
     """The texture that says the concentration of a dye in one channel, and in another what is reflected."""
     import mitsuba as mi
 
+    props = state.nodes[dye.picture].props
+    props["format"] = "variant"  # linear numbers; else 8 bits stay 8 bits, 0 to 255
     built = build_picture(state, dye.picture, f"concentration {label(state.nodes[dye.picture], dye.picture)}")
     concentration = np.array(mi.traverse(built)["data"])
     concentration = (
@@ -172,7 +174,6 @@ def _dye_map(state: Any, dye: DyeMap) -> Any:
     )
     texels = np.zeros((*concentration.shape[:2], 3), dtype=np.float32)
     texels[..., dye.channel], texels[..., dye.reflected] = concentration[..., 0], dye.mean
-    props = state.nodes[dye.picture].props
     kept = {name: props[name] for name in ("to_uv", "filter_type", "wrap_mode") if name in props}
     return mi.load_dict({"type": "bitmap", "bitmap": mi.Bitmap(texels), "raw": True, **kept})
 

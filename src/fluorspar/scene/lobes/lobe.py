@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +96,8 @@ class Texture:
         Node of the mesh whose faces or vertices the rows belong to, in place of texels; -1: none.
     per_face : bool
         To its faces; or to its vertices, one of three at random, with the barycentric coordinates as chances.
+    name : str
+        Of its picture file, or its plugin.
     """
 
     width: int
@@ -105,6 +107,7 @@ class Texture:
     wrap: str
     mesh: int = -1
     per_face: bool = False
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -215,6 +218,41 @@ class Lobes:
         """The most rows that a vertex needs: one for each lobe, and two where light found and light sent on differ."""
         sides = [side for both in self.of_surface.values() for side in both]
         return max((sum(2 if lobe.angles else 1 for lobe in side) for side in sides), default=1)
+
+    def parts(self, surface: int) -> list[tuple[str, Any]]:
+        """What the lobes of a surface have their spectra from.
+
+        Parameters
+        ----------
+        surface : int
+            Its node.
+
+        Returns
+        -------
+        list of (str, Any)
+            `"texture"` and its name, `"metal"` and its name, or `"material"` and the `Material`, that below a coat too.
+            What is white, such as glass and highlights, is left out.
+        """
+        found: list[tuple[str, Any]] = []
+        for lobe in (lobe for side in self.of_surface[surface] for lobe in side):
+            if lobe.texture >= 0:
+                found.append(("texture", self.textures[lobe.texture].name))
+            if lobe.row in range(1, len(self.rows)):
+                count = 1
+                if lobe.texture >= 0:
+                    count = self.textures[lobe.texture].width * self.textures[lobe.texture].height
+                for row in self.rows[lobe.row : lobe.row + count]:
+                    found.append(
+                        ("metal", row.name) if lobe.angles else ("material", getattr(row, "base", row))
+                    )
+        return [part for number, part in enumerate(found) if part not in found[:number]]
+
+    def is_matte(self, surface: int) -> bool:
+        """Whether a surface, by its node, is matte and of one spectrum on each side."""
+        sides = [side for side in self.of_surface[surface] if side]
+        plain = all(len(side) == 1 and side[0].texture < 0 and not side[0].angles for side in sides)
+        rows = range(1, len(self.rows))
+        return plain and all(s[0].row in rows and hasattr(self.rows[s[0].row], "reflectance") for s in sides)
 
     def more_on(self, grid: Wavelengths, stokes: Stokes) -> list[DonaldsonMatrix] | None:
         """What luminesces more than once at one surface, by row; None if nothing does."""

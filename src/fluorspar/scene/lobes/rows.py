@@ -105,6 +105,11 @@ class Metal:
     specular: Spectrum
     cosine: float
 
+    @property
+    def name(self) -> str:
+        """What it is made of, as Mitsuba calls it."""
+        return "mirror" if self.eta.name == "eta" else self.eta.name.removeprefix("eta of ")
+
     def on(self, grid: Wavelengths, *, stokes: Stokes = "half") -> DonaldsonMatrix:
         """Return it on a grid."""
         F = conductor_reflectance(self.cosine, self.eta.on(grid), self.k.on(grid))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ def placement(state: Any, index: int, built: Any, height: int, width: int) -> Te
         tuple(to_uv[:2, :3].ravel().tolist()),
         bilinear=bitmap and props.get("filter_type", "bilinear") != "nearest",
         wrap=str(props.get("wrap_mode", "repeat")) if bitmap else "repeat",
+        name=Path(str(props.get("filename", props.plugin_name()))).name,
     )
 
 
