@@ -146,7 +146,7 @@ _F, _G = COMPONENT_COUNT, COMPONENT_COUNT + 1
 def new_lobe_scratch(terms: int, width: int, room: int) -> LobeScratch:
     """Scratch for paths of up to 32 times `room` vertices."""
     vertices = _VERTICES * room
-    path = LobePath(
+    fields: list[Any] = [
         np.zeros(vertices * terms, dtype=np.int64),
         *np.zeros((2, vertices * terms), dtype=np.float32),
         np.zeros(vertices + 1, dtype=np.int64),
@@ -155,7 +155,8 @@ def new_lobe_scratch(terms: int, width: int, room: int) -> LobeScratch:
         *(np.zeros((count, width), dtype=np.float32) for count in (terms, 2)),
         *np.zeros((2, width), dtype=np.float32),
         np.zeros((4, width), dtype=np.float32),
-    )
+    ]
+    path = LobePath(*fields)
     y, sums = (np.zeros((count, width), dtype=np.float32) for count in (_G + 1, COMPONENT_COUNT))
     return LobeScratch(path, new_tally(width), y, sums, np.zeros(width, dtype=np.float32))
 

@@ -17,6 +17,7 @@ The recursion is in `propagate.py`, the components in `camera_vertex.py`, Phi in
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor, wait
 from functools import partial
 from itertools import pairwise
@@ -58,6 +59,7 @@ def sweep(
     """
     log, component_errors = chunk.log, out.component_standard_error is not None
     one_light = len(log.direct_light) == 0
+    scratch_for: Callable[[int], Any]
     if isinstance(tables, LobeTables):
         width = len(tables.wavelengths)
         terms = log.row.size // log.sampled.size

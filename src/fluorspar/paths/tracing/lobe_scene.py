@@ -124,11 +124,10 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         built = build(state)
 
     sky = [emitter for emitter in built.emitters() if emitter.class_name() == "EnvironmentMapEmitter"]
-    to_sky = (
-        np.linalg.inv(np.array(sky[0].world_transform().matrix, dtype=np.float64).reshape(4, 4))[:3, :3]
-        if sky
-        else None
-    )
+    to_sky = None
+    if sky:
+        to_world = np.array(sky[0].world_transform().matrix, dtype=np.float64).reshape(4, 4)
+        to_sky = np.linalg.inv(to_world)[:3, :3].astype(np.float64)
     terms = lobes.terms
     sides: list[list[tuple[Lobe, bool, bool]]] = [[]]
     pointers = {shape.id(): _pointer(mi.ShapePtr(shape)) for shape in built.shapes()}

@@ -54,9 +54,9 @@ class LobeTracer(Tracer):
             self.light_texture = mi.Int32([texture for texture, _ in rows])
             self.light_first = mi.UInt32([scene.lights + first for _, first in rows])
         if textures:
-            self.to_uv = mi.Float(np.float32([(*t.to_uv, 0, 0) for t in textures]).ravel())
+            self.to_uv = mi.Float(np.array([(*t.to_uv, 0, 0) for t in textures], dtype=np.float32).ravel())
             kinds = [(t.width, t.height, t.bilinear, _WRAPS.index(t.wrap)) for t in textures]
-            self.grids = mi.UInt32(np.uint32(kinds).ravel())
+            self.grids = mi.UInt32(np.array(kinds, dtype=np.uint32).ravel())
         self.meshes = MeshColours(scene) if any(t.mesh >= 0 for t in textures) else None
 
     def first_state(self) -> dict[str, Any]:
@@ -73,7 +73,8 @@ class LobeTracer(Tracer):
         self, spread: Spread | None, log: dict[str, Any], height: Any, state: dict[str, Any]
     ) -> tuple[Any, dict[str, Any]]:
         """Record the loop; see `Tracer.run`."""
-        return _trace(self, spread, log, height, **state)
+        used_and_left: tuple[Any, dict[str, Any]] = _trace(self, spread, log, height, **state)
+        return used_and_left
 
     def light_of(self, emitter: Any, direction: Any, uv: Any, rng: Any, active: Any) -> Any:
         """The row of the light that comes from an emitter: of one that varies, that of a texel."""

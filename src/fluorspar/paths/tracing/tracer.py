@@ -76,9 +76,7 @@ class Tracer:
         Same seed, same paths, bit for bit, whatever the number of threads.
     """
 
-    def __init__(
-        self, scene: TraceScene, settings: Settings, survival: NDArray[np.floating], seed: int
-    ) -> None:
+    def __init__(self, scene: Any, settings: Settings, survival: NDArray[np.floating], seed: int) -> None:
         self.scene: Any = scene
         self.settings = settings
         self.seed = seed
@@ -139,7 +137,8 @@ class Tracer:
 
         Returns the number of entries that each lane has used, and the state in which it stopped.
         """
-        return _trace(self, spread, log, height, **state)
+        used_and_left: tuple[Any, dict[str, Any]] = _trace(self, spread, log, height, **state)
+        return used_and_left
 
     def finish(self, started: Started) -> Chunk:
         """Wait for a chunk, let lanes go on that came to the end of their strip, and return the log of all."""
