@@ -237,7 +237,9 @@ class Lobes:
                     count = self.textures[lobe.texture].width * self.textures[lobe.texture].height
                 for row in self.rows[lobe.row : lobe.row + count]:
                     found.append(
-                        ("metal", row.name) if lobe.angles else ("material", getattr(row, "base", row))
+                        ("metal", getattr(row, "name", ""))
+                        if lobe.angles
+                        else ("material", getattr(row, "base", row))
                     )
         return [part for number, part in enumerate(found) if part not in found[:number]]
 
