@@ -15,6 +15,7 @@ from PIL import Image
 import fluorspar
 from fluorspar.errors import ApproximationWarning, OptionError, SceneError
 from fluorspar.job import RenderJob
+from fluorspar.rendering import render_job
 from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.variants import use_variant
@@ -123,7 +124,7 @@ def test_another_process_renders_the_same(scene: Scene, tmp_path: Path) -> None:
     subprocess.run(
         [sys.executable, "-c", RENDER, str(tmp_path / "job"), str(tmp_path / "image")], check=True, cwd="/"
     )
-    expected = fluorspar.rendering.render_job(job).dataset.radiance.values
+    expected = render_job(job).dataset.radiance.values
     np.testing.assert_array_equal(np.fromfile(tmp_path / "image", np.float32), expected.ravel())
 
 
