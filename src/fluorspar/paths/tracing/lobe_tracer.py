@@ -53,9 +53,9 @@ class LobeTracer(Tracer):
             self.light_texture = mi.Int32([texture for texture, _ in rows])
             self.light_first = mi.UInt32([scene.lights + first for _, first in rows])
         if textures:
-            self.to_uv = mi.Float(np.float32([(*t.to_uv, 0, 0) for t in textures]).ravel())
+            self.to_uv = mi.Float(np.array([(*t.to_uv, 0, 0) for t in textures], dtype=np.float32).ravel())
             kinds = [(t.width, t.height, t.bilinear, _WRAPS.index(t.wrap)) for t in textures]
-            self.grids = mi.UInt32(np.uint32(kinds).ravel())
+            self.grids = mi.UInt32(np.array(kinds, dtype=np.uint32).ravel())
 
     def first_state(self) -> dict[str, Any]:
         """What the loop carries besides the ray, where a path begins."""
