@@ -60,26 +60,27 @@ def collect(context: Any, path: Any, tables: Any, k: Any, width: Any, y: Any) ->
 
 
 @intrinsic(prefer_literal=True)
-def colour(context: Any, path: Any, tables: Any, to: Any, width: Any, c0: Any, c1: Any, c2: Any) -> Any:
-    """Put the sigmoid of (c_0 w + c_1) w + c_2 into row `to` of `LobePath.own`."""
+def colour(context: Any, out: Any, tables: Any, to: Any, width: Any, c0: Any, c1: Any, c2: Any) -> Any:
+    """Put the sigmoid of (c_0 w + c_1) w + c_2 into row `to` of `out`."""
 
     def generate(target: Any, builder: Any, called: Any, arguments: Any) -> Any:
         code = _Code(target, builder, called, arguments)
         c0, c1, c2 = map(code.everywhere, arguments[4:])
+        spectra = target.make_array(out)(target, builder, arguments[0])
         half, wavelengths = code.number(0.5), code.field(1, "wavelengths").data
         for start in range(0, code.width, LANES):
             w = code.load(builder.gep(wavelengths, [ir.Constant(_PLACE, start)]))
             x = code.sum(code.product(code.sum(code.product(c0, w), c1), w), c2)
             root = code.reciprocal_root(code.sum(code.product(x, x), code.number(1.0)))
             S = code.sum(code.product(code.product(half, x), root), half)
-            code.store(S, code.row(code.field(0, "own").data, arguments[2], start))
+            code.store(S, code.row(spectra.data, arguments[2], start))
         return target.get_dummy_value()
 
-    return types.void(path, tables, types.intp, width, *[types.float32] * 3), generate
+    return types.void(out, tables, types.intp, width, *[types.float32] * 3), generate
 
 
 class _Code:
-    """Writes instructions. Arguments of the function: a `LobePath`, `LobeTables`, a number, and the number of bands."""
+    """Writes instructions. Arguments: a `LobePath` or an array, `LobeTables`, a number, and the number of bands."""
 
     def __init__(self, target: Any, builder: Any, called: Any, arguments: Any) -> None:
         self.target, self.builder, self.types, self.arguments = target, builder, called.args, arguments
