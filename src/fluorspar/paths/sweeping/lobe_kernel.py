@@ -228,7 +228,7 @@ def _put_spectra(path: Any, k: int, tables: Any, width: int) -> bool:
 def _put_colour(path: Any, to: int, tables: Any, number: int, width: int) -> None:
     """Put the spectrum of a texel into the path, with what a lobe makes of it; see `operate`."""
     c0, c1, c2, operation = tables.colours[number]
-    colour(path, tables, to, width, c0, c1, c2)
+    colour(path.own, tables, to, width, c0, c1, c2)
     if operation == 0:
         return
     one, two = np.float32(1), np.float32(2)
@@ -258,12 +258,11 @@ def _light(out: Any, to: int, row: int, tables: Any, width: int) -> None:
         for j in range(width):
             out[to, j] = L[row, j]
     else:
-        w, half, one = tables.wavelengths, np.float32(0.5), np.float32(1)
         c0, c1, c2, number = tables.light_colours[row - len(L)]
         white = np.int64(number)
+        colour(out, tables, to, width, c0, c1, c2)
         for j in range(width):
-            x = (c0 * w[j] + c1) * w[j] + c2
-            out[to, j] = L[white, j] * (half + half * x / np.sqrt(one + x * x))
+            out[to, j] *= L[white, j]
 
 
 @numba.njit(inline="always")

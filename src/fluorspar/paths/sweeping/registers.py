@@ -60,26 +60,27 @@ def collect(context: Any, path: Any, tables: Any, k: Any, width: Any, y: Any) ->
 
 
 @intrinsic(prefer_literal=True)
-def colour(context: Any, path: Any, tables: Any, to: Any, width: Any, c0: Any, c1: Any, c2: Any) -> Any:
-    """Put the sigmoid of (c_0 w + c_1) w + c_2 into row `to` of `LobePath.own`."""
+def colour(context: Any, out: Any, tables: Any, to: Any, width: Any, c0: Any, c1: Any, c2: Any) -> Any:
+    """Put the sigmoid of (c_0 w + c_1) w + c_2 into row `to` of `out`."""
 
     def generate(target: Any, builder: Any, called: Any, arguments: Any) -> Any:
         code = _Code(target, builder, called, arguments)
         c0, c1, c2 = map(code.everywhere, arguments[4:])
+        spectra = target.make_array(out)(target, builder, arguments[0])
         half, wavelengths = code.number(0.5), code.field(1, "wavelengths").data
         for start in range(0, code.width, LANES):
             w = code.load(builder.gep(wavelengths, [ir.Constant(_PLACE, start)]))
             x = code.sum(code.product(code.sum(code.product(c0, w), c1), w), c2)
             root = code.reciprocal_root(code.sum(code.product(x, x), code.number(1.0)))
             S = code.sum(code.product(code.product(half, x), root), half)
-            code.store(S, code.row(code.field(0, "own").data, arguments[2], start))
+            code.store(S, code.row(spectra.data, arguments[2], start))
         return target.get_dummy_value()
 
-    return types.void(path, tables, types.intp, width, *[types.float32] * 3), generate
+    return types.void(out, tables, types.intp, width, *[types.float32] * 3), generate
 
 
 class _Code:
-    """Writes instructions. Arguments of the function: a `LobePath`, `LobeTables`, a number, and the number of bands."""
+    """Writes instructions. Arguments: a `LobePath` or an array, `LobeTables`, a number, and the number of bands."""
 
     def __init__(self, target: Any, builder: Any, called: Any, arguments: Any) -> None:
         self.target, self.builder, self.types, self.arguments = target, builder, called.args, arguments
@@ -97,9 +98,6 @@ class _Code:
             at = of.fields.index(name)
             value, of = self.builder.extract_value(value, at), of.types[at]
         return self.target.make_array(of)(self.target, self.builder, value)
-
-    def length(self, array: Any) -> Any:
-        return self.builder.extract_value(array.shape, 0)
 
     def entry(self, name: str, at: Any) -> Any:
         """A number in an array of the path."""
@@ -134,9 +132,9 @@ class _Code:
         one = self.builder.insert_element(nothing, number, ir.Constant(_INT, 0))
         return self.builder.shuffle_vector(one, nothing, ir.Constant(_INTEGERS, [0] * LANES))
 
-    def spectrum(self, table: Any, row: Any, other: Any, other_row: Any) -> Callable[[int], Any]:
-        """What loads bands of a row of a table, or of a row of another one where the first has no such row."""
-        inside = self.builder.icmp_signed("<", row, self.length(table))
+    def spectrum(self, table: Any, rows: Any, row: Any, other: Any, other_row: Any) -> Callable[[int], Any]:
+        """What loads bands of a row of a table, or, from `rows` on, of a row of another one."""
+        inside = self.builder.icmp_signed("<", row, rows)
         data = self.builder.select(inside, table.data, other.data)
         place = self.builder.select(inside, row, other_row)
         return lambda start: self.load(self.row(data, place, start))
@@ -147,12 +145,13 @@ class _Code:
         zero, one, two = (ir.Constant(_PLACE, n) for n in range(3))
         first, stop = self.entry("first", k), self.entry("first", builder.add(k, one))
         spectra, own = self.field(1, "spectra", "reflectance"), self.field(0, "own")
+        rows = builder.extract_value(self.arguments[1], self.types[1].fields.index("rows"))
         sums = {name: [cgutils.alloca_once(builder, _REGISTER) for _ in bands] for name in ("sent", "found")}
         for total in (*sums["sent"], *sums["found"]):
             builder.store(self.number(0.0), total)
         with cgutils.for_range(builder, builder.sub(stop, first)) as loop:
             at = builder.add(first, loop.index)
-            spectrum = self.spectrum(spectra, self.entry("row", at), own, loop.index)
+            spectrum = self.spectrum(spectra, rows, self.entry("row", at), own, loop.index)
             c, d = (self.everywhere(self.entry(name, at)) for name in ("sent", "found"))
             for start, A, B in zip(bands, sums["sent"], sums["found"], strict=True):
                 S = spectrum(start)
@@ -163,8 +162,10 @@ class _Code:
             self.field(0, "shining"),
             builder.mul(two, k),
         )
+        count = builder.extract_value(lights.shape, 0)
         found, hit = (
-            self.spectrum(lights, self.entry("lights", builder.add(at, n)), shining, n) for n in (zero, one)
+            self.spectrum(lights, count, self.entry("lights", builder.add(at, n)), shining, n)
+            for n in (zero, one)
         )
         h = self.everywhere(self.entry("hit", k))
         out = []
