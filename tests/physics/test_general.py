@@ -8,7 +8,7 @@ Expected
     Image means within 3 standard errors and 0.25 %. Of blocks of 4 x 4 pixels, (ours - stock) / standard error
     has a standard deviation of 0.8-1.3.
 Samples
-    32 x 32 pixels x 1024 samples of ours and 2048 of stock, which know the image mean to 0.04-0.08 %, so 0.25 % is
+    32 x 32 pixels x 1024 samples of ours and 4096 of stock, which know the image mean to 0.04-0.08 %, so 0.25 % is
     a fault.
     The noise of ours is from `standard_error`, of stock from the scatter of eight seeds. All lamps are large and all
     paths end after six vertices, which keeps single samples below 20 times the mean.
@@ -178,7 +178,7 @@ def test_against_stock(name: str, folder: Path) -> None:
     assert not y[[2, 4, 5, 6]].any(), "nothing luminesces"
     np.testing.assert_allclose(y.sum(0), image.total().values, rtol=1e-5, atol=1e-6)
     ours, error = values_and_errors(image)
-    stock = narrow_renders(xml, spp=2 * SPP // SEEDS, seeds=SEEDS)
+    stock = narrow_renders(xml, spp=4 * SPP // SEEDS, seeds=SEEDS)
     theirs, variance = stock.mean(0), error**2 + stock.var(0, ddof=1) / SEEDS
 
     off = (ours - theirs).mean((0, 1)) / theirs.mean((0, 1))

@@ -57,7 +57,8 @@ def test_a_coated_dye_conserves_photons(scatterings: int, tmp_path: Path) -> Non
     image = render(scene, wavelengths=GRID, seed=6)
     photons = image.total().values.astype(float) @ GRID.values / (GRID.values @ sampled(light_values(), GRID))
     gain = albedo(
-        '<bsdf type="plastic" version="3.0.0"> <float name="int_ior" value="1.5"/> <boolean name="nonlinear" value="true"/>'
+        '<bsdf type="plastic" version="3.0.0"> <float name="int_ior" value="1.5"/>'
+        '<boolean name="nonlinear" value="true"/>'
         '<spectrum name="diffuse_reflectance" value="1"/> </bsdf>'
     )
     assert 1 < gain < 1.0015
@@ -258,7 +259,9 @@ def test_a_matte_scene_shows_the_same_the_general_way(tmp_path: Path) -> None:
     for seed, scene in enumerate((load_scene(source), load_scene(path))):
         assert (scene.lobes is None) == (seed == 0)
         images.append(
-            fluorspar.render(scene, wavelengths=GRID, seed=seed, spp=64, size=(48, 48), component_errors=True)
+            fluorspar.render(
+                scene, wavelengths=GRID, seed=seed, spp=256, size=(48, 48), component_errors=True
+            )
         )
     for component in COMPONENTS:
         (ours, error), (others, other_error) = (values_and_errors(image, component) for image in images)
