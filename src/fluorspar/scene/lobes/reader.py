@@ -43,7 +43,9 @@ __all__ = ["LobeReader", "needs_lobes"]
 
 _VISIBLE = np.arange(400.0, 701.0, 10.0)
 _DARKEST = 0.02  # probe: a lobe of a black colour still needs a coefficient
-_PRIMARIES = np.array([450.0, 545.0, 610.0])  # nm, where the numbers of an rgb index of refraction are taken
+_PRIMARIES = np.array(
+    [1.0, 450.0, 545.0, 610.0, 1e5]
+)  # nm; the three of an rgb index of refraction, held outside
 
 Value = float | str | tuple[float, float, float] | None
 ReadMaterial = Callable[[Any, int, int], Material]
@@ -569,13 +571,13 @@ def _index(state: Any, index: int, name: str, where: str) -> Spectrum:
 
     props = state.nodes[index].props
     if name in props and props.type(name) == mi.Properties.Type.Color:
-        rgb = [float(c) for c in props[name]]
+        r, g, b = (float(c) for c in props[name])
         warnings.warn(
             f"{name} of {where} is given as rgb: taken at 610, 545 and 450 nm, linear in between",
             ApproximationWarning,
             stacklevel=2,
         )
-        return Spectrum(_PRIMARIES, np.array(rgb[::-1]), f"{name} of {where}").held()
+        return Spectrum(_PRIMARIES, np.array([b, b, g, r, r]), f"{name} of {where}")
     return plugin_spectrum(state, index, name, default=0.0, label=f"{name} of {where}")
 
 
