@@ -31,6 +31,7 @@ from lab import (
 )
 
 from fluorspar import COMPONENTS, SpectralImage, load_scene, render
+from fluorspar.errors import ApproximationWarning
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import trace_chunks
 from fluorspar.paths.render import render_chunks
@@ -148,6 +149,17 @@ def test_a_fluorescent_body_under_uniform_light(sky: str, tmp_path: Path) -> Non
         assert (error < 0.002 * expected.max()).all(), report
 
 
+def test_a_metal_of_index_zero_is_a_mirror(tmp_path: Path) -> None:
+    """Public scenes have metals whose red index is 0 or just below, from a fit of their colour."""
+    metal = """<bsdf type="conductor"> <rgb name="eta" value="0, 4.1, 4.6"/> <rgb name="k" value="0, 0.1, 1.3"/>
+        </bsdf>"""
+    with pytest.warns(ApproximationWarning):
+        scene = load_scene(write(tmp_path, ball(metal, SKY, spp=16)))
+    y = components(render(scene, wavelengths=GRID, seed=3)).sum(0)[16, 16] / sampled(light_values(), GRID)
+    np.testing.assert_allclose(y[GRID.values >= 620], 1, rtol=1e-4)
+    assert (y[GRID.values <= 540] < 0.5).all()
+
+
 # --- under a distant light, without noise
 
 
@@ -259,7 +271,9 @@ def test_a_matte_scene_shows_the_same_the_general_way(tmp_path: Path) -> None:
     for seed, scene in enumerate((load_scene(source), load_scene(path))):
         assert (scene.lobes is None) == (seed == 0)
         images.append(
-            fluorspar.render(scene, wavelengths=GRID, seed=seed, spp=64, size=(48, 48), component_errors=True)
+            fluorspar.render(
+                scene, wavelengths=GRID, seed=seed, spp=256, size=(48, 48), component_errors=True
+            )
         )
     for component in COMPONENTS:
         (ours, error), (others, other_error) = (values_and_errors(image, component) for image in images)

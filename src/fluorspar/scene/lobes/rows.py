@@ -17,6 +17,7 @@ __all__ = ["ANGLES", "Coated", "Luminescence", "Metal", "Operated", "Reflection"
 
 ANGLES = 65
 """Angles for which a conductor has rows; with linear interpolation between them the error is below 3e-4."""
+_NO_INDEX = 1e-12
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,7 @@ def conductor_reflectance(
     array([0.04])
     """
     index = np.asarray(eta) + 1j * np.asarray(k)
+    index = np.where(index == 0, _NO_INDEX, index)  # the limit, where the equations say 0 / 0
     root = np.sqrt(index**2 - (1 - cosine**2))
     s = np.abs((cosine - root) / (cosine + root)) ** 2
     p = np.abs((index**2 * cosine - root) / (index**2 * cosine + root)) ** 2
