@@ -234,6 +234,8 @@ def stock_renders(xml: str, spp: int, seeds: int) -> Array:
 
 NARROW = Wavelengths(452, 652, 100)
 """Three bands for comparisons with spectral variants: off the knots of tabulated spectra."""
+CLOSE = Wavelengths(452, 652, 100 / 7)
+"""Every seventh band is one of NARROW; close enough that lamps are sampled, and not averaged over bands."""
 
 
 def narrow_renders(xml: str, spp: int, seeds: int) -> Array:

@@ -36,6 +36,7 @@ from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import trace_chunks
 from fluorspar.paths.render import render_chunks
 from fluorspar.scene.variants import use_variant
+from fluorspar.spectral.light import light_on
 
 GRID = PHOTON_GRID
 DYE = paint("dye", 0.2 + 0.4 * (FINE > 550), bell(580, 40, 0.6), bell(480, 40))
@@ -55,7 +56,7 @@ def test_a_coated_dye_conserves_photons(scatterings: int, tmp_path: Path) -> Non
         f'<bsdf type="fluorescent"> <float name="int_ior" value="1.5"/> {inline(photon_conserving())} </bsdf>'
     )
     scene = load_scene(write(tmp_path, xml.replace('<bsdf type="diffuse"/>', coated)))
-    image = render(scene, wavelengths=GRID, seed=6)
+    image = render(scene, wavelengths=GRID, excitation="grid", seed=6)
     photons = image.total().values.astype(float) @ GRID.values / (GRID.values @ sampled(light_values(), GRID))
     gain = albedo(
         '<bsdf type="plastic" version="3.0.0"> <float name="int_ior" value="1.5"/>'
@@ -107,7 +108,10 @@ def test_white_bodies_under_uniform_light(name: str, tmp_path: Path) -> None:
     bsdf, stated = BODIES[name]
     bsdf = bsdf.format(white='<spectrum name="diffuse_reflectance" value="1"/>')
     image = render(
-        load_scene(write(tmp_path, ball(bsdf.replace(' version="3.0.0"', ""), SKY))), wavelengths=GRID, seed=3
+        load_scene(write(tmp_path, ball(bsdf.replace(' version="3.0.0"', ""), SKY))),
+        wavelengths=GRID,
+        excitation="grid",
+        seed=3,
     )
     values, errors = values_and_errors(image)
     L = sampled(light_values(), GRID)
@@ -132,9 +136,9 @@ def test_a_fluorescent_body_under_uniform_light(sky: str, tmp_path: Path) -> Non
     scene = load_scene(
         write(tmp_path, ball('<bsdf type="roughplastic"/>', light, spp=128)), materials={"ball": DYE}
     )
-    image = render(scene, wavelengths=GRID, seed=3, component_errors=True)
+    image = render(scene, wavelengths=GRID, excitation="grid", seed=3, component_errors=True)
     if sky == "environment map":
-        L = scene.lights[0].spectrum.on(GRID)
+        L = light_on(scene.lights[0].spectrum, GRID)
     D = DYE.on(GRID)
     centre = (slice(8, 24), slice(8, 24))
     for component, expected in (
@@ -155,7 +159,9 @@ def test_a_metal_of_index_zero_is_a_mirror(tmp_path: Path) -> None:
         </bsdf>"""
     with pytest.warns(ApproximationWarning):
         scene = load_scene(write(tmp_path, ball(metal, SKY, spp=16)))
-    y = components(render(scene, wavelengths=GRID, seed=3)).sum(0)[16, 16] / sampled(light_values(), GRID)
+    y = components(render(scene, wavelengths=GRID, excitation="grid", seed=3)).sum(0)[16, 16] / sampled(
+        light_values(), GRID
+    )
     np.testing.assert_allclose(y[GRID.values >= 620], 1, rtol=1e-4)
     assert (y[GRID.values <= 540] < 0.5).all()
 
@@ -177,7 +183,9 @@ def plate(bsdf: str, pixels: int = 4, textures: str = "") -> str:
 
 def shown(folder: Path, bsdf: str, pixels: int = 4) -> np.ndarray:
     """Components of the plate over E cos / pi, ndarray of shape (7, Y, X, N), x to the right and y upwards."""
-    image = render(load_scene(write(folder, plate(bsdf, pixels))), wavelengths=GRID, seed=2)
+    image = render(
+        load_scene(write(folder, plate(bsdf, pixels))), wavelengths=GRID, excitation="grid", seed=2
+    )
     return components(image)[:, ::-1] / (0.5 / np.pi)
 
 
@@ -272,7 +280,13 @@ def test_a_matte_scene_shows_the_same_the_general_way(tmp_path: Path) -> None:
         assert (scene.lobes is None) == (seed == 0)
         images.append(
             fluorspar.render(
-                scene, wavelengths=GRID, seed=seed, spp=256, size=(48, 48), component_errors=True
+                scene,
+                wavelengths=GRID,
+                excitation="grid",
+                seed=seed,
+                spp=256,
+                size=(48, 48),
+                component_errors=True,
             )
         )
     for component in COMPONENTS:
