@@ -146,7 +146,7 @@ _F, _G = COMPONENT_COUNT, COMPONENT_COUNT + 1
 def new_lobe_scratch(terms: int, width: int, room: int) -> LobeScratch:
     """Scratch for paths of up to 32 times `room` vertices."""
     vertices = _VERTICES * room
-    path = LobePath(
+    path = LobePath(  # type: ignore[call-arg]
         np.zeros(vertices * terms, dtype=np.int64),
         *np.zeros((2, vertices * terms), dtype=np.float32),
         np.zeros(vertices + 1, dtype=np.int64),
