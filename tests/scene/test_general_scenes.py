@@ -132,9 +132,8 @@ def test_kept_paths_give_the_image_and_other_wavelengths(scene: Scene) -> None:
     paths = fluorspar.trace(scene, spp=4, wavelengths="400:700:50")
     again = fluorspar.render(scene, spp=4, wavelengths="400:700:50").dataset.radiance
     np.testing.assert_array_equal(paths.image().dataset.radiance, again)
-    fine = paths.image(wavelengths="400:700:25").dataset.radiance.isel(wavelength=slice(None, None, 2))
-    # what is reflected does not depend on the grid
-    np.testing.assert_allclose(fine[1], again[1], rtol=1e-5, atol=1e-6)
+    fewer = paths.image(wavelengths="400:600:50").dataset.radiance
+    np.testing.assert_allclose(fewer, again[..., :5], rtol=1e-5, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["tiles.png", "ink.png", "sky.exr"])

@@ -122,7 +122,7 @@ def white_light(number: float, label: str) -> Spectrum:
 
 
 def _with_ultraviolet(light: Spectrum) -> Spectrum:
-    """Continue a light that Mitsuba makes of D65, which it tabulates from 360 nm on, by the CIE's D65 from 300 nm on."""
+    """Continue a light that Mitsuba makes of D65, whose table begins at 360 nm, by that of the CIE from 300 nm on."""
     d65, first = illuminant("D65"), light.support[0]
     below = d65.wavelengths < first
     scaled = d65.values[below] * (light.values[0] / d65.at(first))
