@@ -30,7 +30,8 @@ from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import trace_chunks
 from fluorspar.scene.nodes import copy_nodes, kind, resolving
-from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
+from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, use_variant
+from rooms import KINDS, write_room
 
 SCENE = "cornell-box"
 
@@ -102,6 +103,24 @@ def against_stock(size: int, spp: int, count: int, ours: Callable[[fluorspar.Sce
             lambda seed: np.array(mi.render(stock, seed=seed, spp=spp if seed else few.settings.spp)),
         )
     return f"{ratio:.2f} x   ({ours_time:.2f} s against {theirs:.2f} s, {size} x {size}, {spp} samples, {count} pairs)"
+
+
+def general(size: int, spp: int, count: int) -> str:
+    """Rooms of general surfaces against one render of stock `path` in three colours."""
+    found = []
+    for room in KINDS:
+        with tempfile.TemporaryDirectory() as folder, use_variant(LOBE_VARIANTS["llvm"]):
+            import mitsuba as mi
+
+            path = write_room(room, Path(folder), size, spp)
+            scene, stock = fluorspar.load_scene(path), mi.load_file(str(path))
+            _, _, ratio = pairs(
+                count,
+                lambda seed, scene=scene: render(scene, seed),  # type: ignore[misc]
+                lambda seed, stock=stock: np.array(mi.render(stock, seed=seed)),  # type: ignore[misc]
+            )
+        found.append(f"{room} {ratio:.2f} x")
+    return f"{', '.join(found)}   ({size} x {size}, {spp} samples, {count} pairs each)"
 
 
 def render(scene: fluorspar.Scene, seed: int) -> fluorspar.SpectralImage:
@@ -237,6 +256,7 @@ TABLES: dict[str, tuple[str, Callable[[argparse.Namespace], str]]] = {
         lambda _: against_stock(512, 64, 5, render),
     ),
     "stock-1024": ("the same at 1024 spp", lambda _: against_stock(512, 1024, 2, render)),
+    "general": ("the same in general scenes / stock rgb, 64 spp", lambda _: general(256, 64, 5)),
     "bands": ("97 bands / 9 bands", lambda _: against_few_bands(5)),
     "fluorophores": ("2, 3, 4 fluorophores a surface / 1", lambda _: fluorophores(512, 64, 5)),
     "mesh": ("a mesh in the box / the box", lambda given: mesh_cost(512, 64, 5, given.mesh)),

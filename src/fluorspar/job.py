@@ -92,6 +92,15 @@ class RenderJob:
             raise OptionError(
                 message("the staged method has no such option", got=got, expected="method='paths' with it")
             )
+        if self.method == "staged" and self.scene.lobes is not None:
+            raise OptionError(
+                message(
+                    "the staged method renders only matte surfaces of one spectrum, and lights that do not vary",
+                    where=self.scene.name,
+                    got=", ".join(self.scene.general) or "others",
+                    fix="use method 'paths', or replace them by their averages with --matte (matte=True)",
+                )
+            )
         if self.options is not None and self.method != "staged":
             raise OptionError(
                 message(
@@ -182,7 +191,7 @@ class RenderJob:
             "excitation": f"{computed.start:g}:{computed.stop:g}:{computed.step:g}",
             "scene": self.scene.name,
             "parameters": dict(self.scene.parameters) or None,
-            "materials": {material.name: material.credit for material in self.scene.materials},
+            "materials": self.scene.used,
         }
 
 

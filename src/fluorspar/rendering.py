@@ -16,7 +16,7 @@ from fluorspar.errors import OptionError, message
 from fluorspar.image.pixels import check_streamed
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
-from fluorspar.progress import Progress
+from fluorspar.progress import Progress, shown
 from fluorspar.scene.scene import Scene
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -45,7 +45,7 @@ def render(
     variant: str = "llvm",
     threads: int | None = None,
     output: str | os.PathLike[str] | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     staged: StagedOptions | None = None,
     renderer: Renderer | None = None,
 ) -> SpectralImage:
@@ -86,8 +86,9 @@ def render(
     output : path, optional
         A `.nc` file to stream the image to while it is rendered, so that it need not fit into memory; the
         image returned then reads from it.
-    progress : callable, optional
-        Called with the work done and the work in all (pixels, or renders of the staged method).
+    progress : callable or bool, optional
+        True draws a bar, in notebooks too; or called with the work done and the work in all (pixels, or renders of the
+        staged method).
     staged : StagedOptions, optional
         Options of the staged method.
     renderer : Renderer, optional
@@ -144,7 +145,7 @@ def render_job(
     job: RenderJob,
     *,
     output: str | os.PathLike[str] | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     renderer: Renderer | None = None,
 ) -> SpectralImage:
     """Render a job, which may come from another process; see `render`.
@@ -170,11 +171,11 @@ def render_job(
         from fluorspar.paths.render import render_chunks
 
         with closing(trace_chunks(job)) as chunks:
-            return render_chunks(chunks, job, output=output, progress=progress)
+            return render_chunks(chunks, job, output=output, progress=shown(progress))
 
     from fluorspar.staged.procedure import render_staged
 
-    image = render_staged(job, progress=progress, renderer=renderer)
+    image = render_staged(job, progress=shown(progress), renderer=renderer)
     if output is None:
         return image
     image.save(output)
@@ -194,7 +195,7 @@ def trace(
     excitation: str = "full",
     variant: str = "llvm",
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> LightPaths:
     """Trace the light paths of a scene and keep them: images follow from them without tracing again.
 
@@ -205,8 +206,8 @@ def trace(
     wavelengths : Wavelengths, str or array_like of shape (N,), optional
         Grid of the images, see `render`. The paths hold no wavelength, and images on other grids are as right, but
         Russian roulette follows the brightest band of this one.
-    progress : callable, optional
-        Called with the pixels done and the pixels in all.
+    progress : callable or bool, optional
+        True draws a bar, in notebooks too; or called with the pixels done and the pixels in all.
 
     Returns
     -------
@@ -240,4 +241,4 @@ def trace(
     )
     from fluorspar.paths.light_paths import trace_job
 
-    return trace_job(job, progress)
+    return trace_job(job, shown(progress))

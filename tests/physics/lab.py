@@ -62,7 +62,52 @@ def luminescence(alpha: ArrayLike, beta: ArrayLike, grid: Wavelengths, equal: fl
     return np.tril(D_L, -1) + equal * np.diag(np.diag(D_L))
 
 
+PHOTON_GRID = Wavelengths(400, 700, 20)
+"""The grid on which `photon_conserving` conserves photons."""
+
+
+def photon_conserving() -> Material:
+    """S(ex) = 1 - sum over em of B(em, ex) em / ex: what is not turned into longer waves is reflected."""
+    alpha, beta = bell(560, 50, 0.5), bell(480, 50)
+    w = PHOTON_GRID.values
+    S = 1 - (w @ luminescence(alpha, beta, PHOTON_GRID)) / w
+    assert 0.2 < S.min() < 0.6, "much of the light at some wavelengths is turned into longer waves"
+    made = paint("conserving", np.interp(FINE, w, S), alpha, beta)
+    np.testing.assert_allclose(made.on(PHOTON_GRID).photon_yield(), 1, rtol=1e-9)
+    return made
+
+
+def inline(material: Material) -> str:
+    """A material of one dye as spectra of a `fluorescent` BSDF."""
+    dye = material.fluorophores[0]
+    named = {"reflectance": material.reflectance, "emission": dye.emission, "excitation": dye.excitation}
+    return "".join(curve(name, [spectrum.at(w) for w in FINE]) for name, spectrum in named.items())
+
+
 # --- closed forms
+
+
+def albedo(bsdf: str, samples: int = 1 << 22) -> float:
+    """Share of uniform light that a grey BSDF of stock Mitsuba sends on, as its own samples say.
+
+    Parameters
+    ----------
+    bsdf : str
+        XML.
+    samples
+        A few million know it to 0.02 %.
+    """
+    with use_variant("llvm_ad_rgb"):
+        import drjit as dr
+        import mitsuba as mi
+
+        plugin = mi.load_string(bsdf)
+        rng = mi.PCG32(samples)
+        si = dr.zeros(mi.SurfaceInteraction3f, samples)
+        si.wi = mi.warp.square_to_cosine_hemisphere(mi.Point2f(rng.next_float32(), rng.next_float32()))
+        picks = rng.next_float32(), mi.Point2f(rng.next_float32(), rng.next_float32())
+        _, weight = plugin.sample(mi.BSDFContext(), si, *picks)
+        return float(np.mean(np.array(weight[0]), dtype=float))
 
 
 def cavity(S: Array, D_L: Array, L: Array, scatterings: int | None = None) -> Array:
@@ -185,6 +230,37 @@ def stock_renders(xml: str, spp: int, seeds: int) -> Array:
         return np.array(
             [np.array(mi.render(scene, spp=spp, seed=1000 + k)) for k in range(seeds)], dtype=float
         )
+
+
+NARROW = Wavelengths(452, 652, 100)
+"""Three bands for comparisons with spectral variants: off the knots of tabulated spectra."""
+CLOSE = Wavelengths(452, 652, 100 / 7)
+"""Every seventh band is one of NARROW; close enough that lamps are sampled, and not averaged over bands."""
+
+
+def narrow_renders(xml: str, spp: int, seeds: int) -> Array:
+    """Render with stock `path` in a spectral variant, whose film has the bands NARROW, 2 nm wide.
+
+    Parameters
+    ----------
+    xml : str
+        With the film that `sensor` writes.
+
+    Returns
+    -------
+    ndarray of shape (seeds, Y, X, 3)
+        Radiance per nm.
+    """
+    bands = "".join(
+        f'<spectrum name="band{w:g}" value="{w - 1:g}:1, {w:g}:1, {w + 1:g}:1"/>' for w in NARROW.values
+    )
+    xml = xml.replace('<film type="hdrfilm">', f'<film type="specfilm"> {bands}')
+    with use_variant("llvm_ad_spectral"):
+        import mitsuba as mi
+
+        scene = mi.load_string(xml)
+        renders = [np.array(mi.render(scene, spp=spp, seed=1000 + k)) for k in range(seeds)]
+    return np.array(renders, dtype=float)[..., :3] / 2
 
 
 def write(folder: Path, xml: str, name: str = "scene.xml") -> Path:

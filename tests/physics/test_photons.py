@@ -21,22 +21,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lab import FINE, bell, furnace, light_values, luminescence, paint, sampled, write
+from lab import PHOTON_GRID, furnace, light_values, photon_conserving, sampled, write
 
-from fluorspar import Material, Wavelengths, load_scene, render
+from fluorspar import load_scene, render
 
-GRID = Wavelengths(400, 700, 20)
-
-
-def photon_conserving() -> Material:
-    """S(ex) = 1 - sum over em of B(em, ex) em / ex, on GRID: what is not turned into longer waves is reflected."""
-    alpha, beta = bell(560, 50, 0.5), bell(480, 50)
-    w = GRID.values
-    S = 1 - (w @ luminescence(alpha, beta, GRID)) / w
-    assert 0.2 < S.min() < 0.6, "much of the light at some wavelengths is turned into longer waves"
-    made = paint("conserving", np.interp(FINE, w, S), alpha, beta)
-    np.testing.assert_allclose(made.on(GRID).photon_yield(), 1, rtol=1e-9)
-    return made
+GRID = PHOTON_GRID
 
 
 @pytest.mark.parametrize("scatterings", [0, 1, 2, 5, 20, 60])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 import warnings
@@ -86,7 +87,7 @@ class TestSettings:
                 + '<integrator type="path"> <boolean name="hide_emitters" value="true"/> </integrator>',
                 "hide_emitters is ignored",
             ),
-            (SENSOR + SENSOR, "2 sensors; the first one"),
+            (SENSOR + SENSOR, "2 sensors; the first one.*--sensor"),
         ],
     )
     def test_notices(self, part: str, notice: str, tmp_path: Path) -> None:
@@ -331,6 +332,23 @@ class TestCameras:
         with pytest.warns(SceneNotice, match="2 sensors; the first one, 'z'"):
             scene = load_scene(write(tmp_path, first, second, lamp))
         assert render(scene, wavelengths=GRID).component("source").values.any()
+
+    def test_one_of_two_cameras(self, tmp_path: Path) -> None:
+        """By number or id; another process takes the same one."""
+        towards = SENSOR.replace('<sensor type="perspective">', '<sensor type="perspective" id="z">')
+        away = SENSOR.replace('<sensor type="perspective">', '<sensor type="perspective" id="a">').replace(
+            'target="0, 0, 0"', 'target="0, 0, 9"'
+        )
+        emitter = '<emitter type="area"> <spectrum name="radiance" value="3"/> </emitter>'
+        path = write(tmp_path, away, towards, SKY, f'<shape type="rectangle"> {emitter} </shape>')
+        for sensor, sees in ((0, False), ("0", False), ("a", False), (1, True), ("z", True)):
+            scene = load_scene(path, sensor=sensor)
+            for same in (scene, pickle.loads(pickle.dumps(scene))):
+                image = render(same, wavelengths=GRID, spp=1, size=(4, 4))
+                assert (image.component("source").values == 3).any() == sees
+        for unknown in (2, -1, "b"):
+            with pytest.raises(OptionError, match=r"(?s)no such sensor.*0: 'a'.*1: 'z'"):
+                load_scene(path, sensor=unknown)
 
     def test_crop_window(self, tmp_path: Path) -> None:
         crop = SENSOR.replace(

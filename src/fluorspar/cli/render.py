@@ -63,7 +63,7 @@ def render(
         str,
         typer.Option(
             metavar="paths|staged",
-            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure.",
+            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure, matte only.",
         ),
     ] = "paths",
     material: Annotated[
@@ -85,8 +85,16 @@ def render(
         int | None, typer.Option(help="Depth at which Russian roulette begins. [default: the scene's]")
     ] = None,
     matte: Annotated[
-        bool, typer.Option("--matte", help="Render textures, gloss and environment maps as their averages.")
+        bool,
+        typer.Option(
+            "--matte",
+            help="Render textures, gloss and environment maps as diffuse averages; not needed for what is supported.",
+        ),
     ] = False,
+    sensor: Annotated[
+        str | None,
+        typer.Option(metavar="N|ID", help="Number, from 0, or id of the sensor. [default: the first]"),
+    ] = None,
     stokes: Annotated[
         str,
         typer.Option(
@@ -177,6 +185,7 @@ def render(
         matte=matte,
         parameters=defined | mesh_parameter(scene, mesh, defined),
         library=library or [],
+        sensor=sensor,
     )
     _LOG.info("loaded %s: %d surfaces, %d lights", scene, len(loaded.surfaces), len(loaded.lights))
     with console.progress_bar(f"rendering {scene}") as progress:

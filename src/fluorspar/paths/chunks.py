@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
-from fluorspar.scene.variants import TRACE_VARIANTS, usable_cores, use_variant
+from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
 
 __all__ = ["CHUNK", "trace_chunks"]
 
@@ -36,18 +36,16 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
     """
     import drjit as dr
 
-    from fluorspar.paths.tracing.trace_scene import build_trace_scene
-    from fluorspar.paths.tracing.tracer import Tracer
-
     settings = job.scene.settings
     pixels = settings.width * settings.height
     per_chunk = max(1, CHUNK[job.variant] // settings.spp)
     runs = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
-    with use_variant(TRACE_VARIANTS[job.variant]):
+    variants = TRACE_VARIANTS if job.scene.lobes is None else LOBE_VARIANTS
+    with use_variant(variants[job.variant]):
         threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
         try:
-            tracer = Tracer(build_trace_scene(job.scene), settings, _survival(job), job.seed)
+            tracer = _tracer(job)
             begun: deque[Any] = deque()
             for number, run in enumerate(runs):
                 begun.append(tracer.start(number, *run))
@@ -64,6 +62,19 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
             dr.set_thread_count(threads_before)
 
 
+def _tracer(job: RenderJob) -> Any:
+    """The tracer for the kind of the scene; the variant must be set."""
+    if job.scene.lobes is None:
+        from fluorspar.paths.tracing.trace_scene import build_trace_scene
+        from fluorspar.paths.tracing.tracer import Tracer
+
+        return Tracer(build_trace_scene(job.scene), job.scene.settings, _survival(job), job.seed)
+    from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
+    from fluorspar.paths.tracing.lobe_tracer import LobeTracer
+
+    return LobeTracer(build_lobe_scene(job.scene), job.scene.settings, _survival(job), job.seed)
+
+
 def _survival(job: RenderJob) -> NDArray[np.float64]:
     """Largest share of light of any band that leaves each material again, luminescence included, for roulette.
 
@@ -74,4 +85,8 @@ def _survival(job: RenderJob) -> NDArray[np.float64]:
     ndarray of shape (rows,)
     """
     matrices = job.scene.matrices(job.computed_grid)
-    return np.array([min(1.0, matrix.energy_yield().max()) for matrix in matrices])
+    of_rows = np.array([min(1.0, matrix.energy_yield().max()) for matrix in matrices])
+    lobes = job.scene.lobes
+    if lobes is None or not len(lobes.colours):
+        return of_rows
+    return np.concatenate([of_rows, lobes.brightest()])

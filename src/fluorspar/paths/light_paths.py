@@ -15,7 +15,7 @@ from fluorspar.job import RenderJob, read_grid
 from fluorspar.paths.chunks import trace_chunks
 from fluorspar.paths.log import Chunk
 from fluorspar.paths.render import render_chunks
-from fluorspar.progress import Progress
+from fluorspar.progress import Progress, shown
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["LightPaths", "trace_job"]
@@ -59,7 +59,7 @@ class LightPaths:
         component_errors: bool | None = None,
         threads: int | None = None,
         output: str | os.PathLike[str] | None = None,
-        progress: Progress | None = None,
+        progress: Progress | bool | None = None,
     ) -> SpectralImage:
         """Sweep the paths into an image; nothing is traced.
 
@@ -91,7 +91,7 @@ class LightPaths:
             component_errors=self.job.component_errors if component_errors is None else component_errors,
             threads=self.job.threads if threads is None else threads,
         )
-        return render_chunks(self.chunks, job, output=output, progress=progress)
+        return render_chunks(self.chunks, job, output=output, progress=shown(progress))
 
 
 def trace_job(job: RenderJob, progress: Progress | None = None) -> LightPaths:

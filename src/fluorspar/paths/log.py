@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Material
 
-__all__ = ["BLOCK", "END", "ENTRIES", "Chunk", "Log", "lanes_per_pixel"]
+__all__ = ["BLOCK", "END", "ENTRIES", "OF_TERMS", "Chunk", "Log", "lanes_per_pixel"]
 
 BLOCK = 16  # lanes whose entries lie side by side in memory, so that all lanes of a register write one line
 END = 0xFFFFFFFF  # `row` of an entry whose ray has met no surface that light leaves again
@@ -24,6 +24,10 @@ class Log(NamedTuple):
     path ends, the lane's next entry is the first one of its next path. Entry t of lane l lies at
     `[strips[l // BLOCK, 0] + t, l % BLOCK]`. A lane that comes to the end of its strip goes on at entry 0 of slot
     `goes_on[l]`, and so on; slots count like lanes.
+
+    In scenes of general surfaces a vertex has several terms, lobes of its BSDF with a spectrum each; `row`, `direct`
+    and `weight` are then of shape (terms, entries, BLOCK), with the coefficients of the lobe in `direct` and `weight`,
+    and the path ends where all weights are 0.
 
     Attributes
     ----------
@@ -66,7 +70,9 @@ class Log(NamedTuple):
         ends = np.cumsum(heights)
         kept = np.repeat(self.strips[:, 1] - ends, heights) + np.arange(ends[-1])
         entries = {
-            name: values[kept] for name, values in self._asdict().items() if name in ENTRIES and len(values)
+            name: values[..., kept, :]
+            for name, values in self._asdict().items()
+            if name in ENTRIES and len(values)
         }
         return self._replace(strips=np.stack([ends - heights, ends], axis=1), **entries)
 
@@ -80,6 +86,10 @@ ENTRIES: dict[str, type[np.float32 | np.uint32]] = {
     "direct_light": np.uint32,
 }
 """The fields of `Log` that have a value for each entry, and their types."""
+
+
+OF_TERMS = ("row", "direct", "weight")
+"""Those of them that have one for each term of a vertex."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from fluorspar.image.pixels import PixelsInFile, PixelsInMemory, Target
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
+from fluorspar.paths.sweeping.lobe_kernel import LobeTables, lobe_tables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
 from fluorspar.paths.sweeping.sweep import sweep
 from fluorspar.progress import Progress
@@ -71,9 +72,12 @@ def render_chunks(
         return target.image({**job.attrs, "timings": timings}, partial=target.kept < pixels)
 
 
-def _tables(job: RenderJob, chunk: Chunk | None = None) -> SpectralTables:
+def _tables(job: RenderJob, chunk: Chunk | None = None) -> SpectralTables | LobeTables:
     """Spectra of the scene's materials and lights on the computed grid, and of the rows that a chunk brings along."""
+    grid, lobes = job.computed_grid, job.scene.lobes
     matrices = job.matrices()
+    if lobes is not None:
+        return lobe_tables(matrices, lobes, job.lights(), lobes.more_on(grid, job.stokes))
     if chunk is not None:
-        matrices += [material.on(job.computed_grid, stokes=job.stokes) for material in chunk.materials]
+        matrices += [material.on(grid, stokes=job.stokes) for material in chunk.materials]
     return spectral_tables(matrices, job.lights())

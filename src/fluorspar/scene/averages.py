@@ -14,7 +14,7 @@ from fluorspar.scene.nodes import below, build, label
 from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["MESH_ATTRIBUTE", "average_light", "average_reflectance", "uses_mesh"]
+__all__ = ["MESH_ATTRIBUTE", "average_light", "average_reflectance", "check_attribute", "uses_mesh"]
 
 MESH_ATTRIBUTE = "mesh_attribute"
 """The texture that has its values from the shape it is on: Mitsuba's memory is read wild without that shape."""
@@ -151,7 +151,9 @@ def _visit(
     places: Any = [None] * len(positions)
     if shape is not None and uses_mesh(state, index):
         built = build(state, shape)  # kept here: `si` does not
-        _check_attributes(state, index, built, f"shape {label(state.nodes[shape], shape)}")
+        for node in below(state, index):
+            if (props := state.nodes[node].props).plugin_name() == MESH_ATTRIBUTE:
+                check_attribute(props, built, f"shape {label(state.nodes[shape], shape)}")
         si.shape = built
         places = _places(built, positions)
     for uv, place in zip(positions, places, strict=True):
@@ -161,27 +163,38 @@ def _visit(
         yield uv
 
 
-def _check_attributes(state: Any, index: int, shape: Any, where: str) -> None:
-    """Refuse attributes that a shape does not have: Mitsuba's vectorised variants take them for 0."""
+def check_attribute(props: Any, shape: Any, where: str) -> None:
+    """Refuse an attribute that a shape does not have: Mitsuba's vectorised variants take it for 0.
+
+    Parameters
+    ----------
+    props : mitsuba.Properties
+        Of a `mesh_attribute`.
+    shape : mitsuba.Shape
+    where : str
+        How messages call it.
+
+    Raises
+    ------
+    SceneError
+    """
     import mitsuba as mi
 
-    for node in below(state, index):
-        props = state.nodes[node].props
-        if props.plugin_name() == MESH_ATTRIBUTE and not shape.has_attribute(name := props["name"]):
-            has = [
-                key
-                for key in mi.traverse(shape).keys()  # noqa: SIM118 (not a dict)
-                if key.startswith(("vertex_", "face_")) and shape.has_attribute(key)
-            ]
-            raise SceneError(
-                message(
-                    f"the shape has no attribute '{name}'",
-                    where=where,
-                    got=", ".join(has) or "no attributes",
-                    expected="the name of an attribute of its vertices or faces",
-                    fix=did_you_mean(name, has),
-                )
+    if not shape.has_attribute(name := props["name"]):
+        has = [
+            key
+            for key in mi.traverse(shape).keys()  # noqa: SIM118 (not a dict)
+            if key.startswith(("vertex_", "face_")) and shape.has_attribute(key)
+        ]
+        raise SceneError(
+            message(
+                f"the shape has no attribute '{name}'",
+                where=where,
+                got=", ".join(has) or "no attributes",
+                expected="the name of an attribute of its vertices or faces",
+                fix=did_you_mean(name, has),
             )
+        )
 
 
 def _places(shape: Any, positions: list[list[float]]) -> list[tuple[int, Any]]:

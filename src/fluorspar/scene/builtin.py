@@ -12,6 +12,7 @@ BUILTIN = {
     "cornell-box": "the Cornell box with two fluorescent side walls under CIE D65, 512 x 512",
     "cornell-mesh": "the same box with a curved fluorescent object, or a mesh of yours, 512 x 512",
     "cornell-classic": "the Cornell box as measured at Cornell, not fluorescent, 512 x 512",
+    "still-life": "a table with textures, gloss, glass and metal under a UV lamp, coated and printed dyes, 640 x 480",
     "furnace": "a closed cube that fluoresces and emits everywhere, and has a closed form, 128 x 128",
 }
 

@@ -23,7 +23,8 @@ class Fingerprint:
     Attributes
     ----------
     files : tuple of (str, str)
-        Name and SHA-256 of the scene file, what it includes, and its meshes: all else is read when a scene is loaded.
+        Name and SHA-256 of the scene file, what it includes, its meshes, textures and environment maps: all else is
+        read when a scene is loaded.
     nodes : str
         SHA-256 of the plugins and ids of the nodes, in their order: surfaces and lights refer to nodes by number.
     """
@@ -34,12 +35,12 @@ class Fingerprint:
 
 def fingerprint(state: Any) -> Fingerprint:
     """Take the fingerprint of a parsed scene; its folder must be that of Mitsuba's file resolver."""
-    meshes = [
+    read_again = [
         str(resolved(node.props["filename"]))
         for node in state.nodes
-        if kind(node) == "Shape" and "filename" in node.props
+        if kind(node) in ("Shape", "Texture", "Emitter") and "filename" in node.props
     ]
-    names = [*map(str, state.files), *meshes]
+    names = [*map(str, state.files), *read_again]
     plugins = "\n".join(f"{node.props.plugin_name()} {node.props.id()}" for node in state.nodes)
     return Fingerprint(
         tuple((name, _digest(Path(name))) for name in names),

@@ -15,7 +15,7 @@ from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.spectral.illuminants import without_noise
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["LIGHTS", "Light", "give_spectrum", "read_light", "spectrum_property"]
+__all__ = ["LIGHTS", "Light", "give_spectrum", "light_names", "read_light", "spectrum_property"]
 
 LIGHTS = {
     "area": ("radiance", "W m-2 sr-1 nm-1"),
@@ -78,6 +78,14 @@ def give_spectrum(props: Any, light: Light, spectrum: Any) -> None:
     props[spectrum_property(light)] = spectrum
 
 
+def light_names(state: Any, index: int, shape: int | None) -> tuple[str, str]:
+    """The name of an emitter node, and how messages say where it is."""
+    own = label(state.nodes[index], index)
+    on = None if shape is None else label(state.nodes[shape], shape)
+    name = state.nodes[index].props.id() or (own if on is None else f"shape {on}")
+    return name, f"light {own}" if on is None else f"light {own} of shape {on}"
+
+
 def read_light(state: Any, index: int, shape: int | None, *, matte: bool) -> Light:
     """Read an emitter node.
 
@@ -99,10 +107,7 @@ def read_light(state: Any, index: int, shape: int | None, *, matte: bool) -> Lig
     """
     node = state.nodes[index]
     plugin, props = node.props.plugin_name(), node.props
-    own = label(node, index)
-    on = None if shape is None else label(state.nodes[shape], shape)
-    name = props.id() or (own if on is None else f"shape {on}")
-    where = f"light {own}" if on is None else f"light {own} of shape {on}"
+    name, where = light_names(state, index, shape)
     if plugin in LIGHTS:
         quantity, unit = LIGHTS[plugin]
         if plugin == "spot" and "texture" in props:

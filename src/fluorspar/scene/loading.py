@@ -32,8 +32,9 @@ def load_scene(
     matte: bool = False,
     parameters: Mapping[str, object] | None = None,
     library: Sequence[str | Path] = (),
+    sensor: int | str | None = None,
 ) -> Scene:
-    """Load a Mitsuba 3 scene with fluorescent surfaces.
+    """Load a Mitsuba 3 scene; it may have fluorescent surfaces.
 
     Parameters
     ----------
@@ -43,13 +44,15 @@ def load_scene(
     materials : mapping of str to str, Path or Material
         Materials from outside, by shape or BSDF id: a `Material`, a name or mixture from the library, or a file.
     matte : bool
-        Render textured, glossy and other surfaces as diffuse ones of their average reflectance, and
-        environment maps as constant light, with a warning each.
+        Render textured, glossy and other surfaces, those that are supported too, as diffuse ones of their average
+        reflectance, and environment maps as constant light, with a warning each.
     parameters : mapping of str to object
         Values for the `$key` substitutions of an XML file.
     library : sequence of str or Path
         Folders with materials of your own, looked into before those of the environment variable
         `FLUORSPAR_MATERIALS` and the shipped ones.
+    sensor : int or str, optional
+        Number, from 0, or id of the sensor, where a scene has several. Default: the first one, with a notice.
 
     Returns
     -------
@@ -62,6 +65,8 @@ def load_scene(
         If the file is missing or malformed, holds a plugin the method cannot handle, or has no light or camera.
     MaterialError, SpectrumError
         If a material is unknown or impossible.
+    OptionError
+        If the scene has no such sensor.
 
     Examples
     --------
@@ -70,7 +75,14 @@ def load_scene(
     ['poster-green', 'poster-red']
     """
     with use_variant(SPECTRUM_VARIANT):
-        recipe = recipe_of(source, materials=materials, matte=matte, parameters=parameters, library=library)
+        recipe = recipe_of(
+            source,
+            materials=materials,
+            matte=matte,
+            parameters=parameters,
+            library=library,
+            sensor=sensor,
+        )
         with resolving(recipe.base):
             state = recipe.parse()
             check_meshes(state)
@@ -78,7 +90,15 @@ def load_scene(
             settings = _settings(state)
             table = read_surfaces(state, recipe)
             nodes = KeptNodes(recipe, state)
-    return Scene(tuple(table.materials), tuple(table.lights), tuple(table.surfaces), settings, recipe, nodes)
+    return Scene(
+        tuple(table.materials),
+        tuple(table.lights),
+        tuple(table.surfaces),
+        settings,
+        recipe,
+        nodes,
+        table.lobes,
+    )
 
 
 def _integrators(state: Any, parent: int) -> Iterator[int]:
@@ -94,7 +114,8 @@ def _settings(state: Any) -> Settings:
     sensor = sensor_node(state)
     if (count := sum(kind(state.nodes[index]) == "Sensor" for _, index in children(state, 0))) > 1:
         _notice(
-            f"the scene has {count} sensors; the first one, {label(state.nodes[sensor], sensor)}, is used"
+            f"the scene has {count} sensors; the first one, {label(state.nodes[sensor], sensor)}, is used; "
+            "--sensor (sensor=...) takes another"
         )
     if "srf" in state.nodes[sensor].props:
         _notice(

@@ -29,6 +29,7 @@ __all__ = [
     "parse_scene",
     "resolved",
     "resolving",
+    "sides_of",
 ]
 
 FLUORESCENT = "fluorescent"
@@ -208,6 +209,30 @@ def below(state: Any, index: int) -> Iterator[int]:
     for _, child in children(state, index):
         yield child
         yield from below(state, child)
+
+
+def sides_of(state: Any, index: int, where: str) -> list[int]:
+    """The one or two BSDFs that a `twosided` node holds.
+
+    Raises
+    ------
+    SceneError
+        If it holds another number of them, or anything else.
+    """
+    props = state.nodes[index].props
+    nested = [child for _, child in children(state, index) if kind(state.nodes[child]) == "BSDF"]
+    known = {key for key, child in children(state, index) if child in nested}
+    unknown = sorted(set(props.keys()) - known)
+    if unknown or len(nested) not in (1, 2):
+        raise SceneError(
+            message(
+                f"there is no property '{unknown[0]}'" if unknown else "the number of BSDFs is wrong",
+                where=f"BSDF {label(state.nodes[index], index)} of {where}",
+                got=None if unknown else len(nested),
+                expected="one BSDF for both sides, or two",
+            )
+        )
+    return nested
 
 
 def build(state: Any, index: int = 0) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,11 @@ from fluorspar.errors import MaterialError, message
 from fluorspar.scene.nodes import FLUORESCENT
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["FLUORESCENT", "SPECTRA", "STRINGS", "register_plugins"]
+__all__ = ["COAT", "FLUORESCENT", "SPECTRA", "STRINGS", "register_plugins"]
 
 SPECTRA = ("reflectance", "emission", "excitation")
 STRINGS = ("donaldson", "material")
+COAT = ("int_ior", "ext_ior", "alpha", "distribution")
 
 
 def register_plugins() -> None:
@@ -25,7 +27,7 @@ def register_plugins() -> None:
 
     Needed once for each variant before stock Mitsuba tools load a scene with fluorescent surfaces;
     Fluorspar's own functions do without. To stock integrators the plugin is a diffuse surface with the
-    reflectance S: a preview without the luminescence.
+    reflectance S, under its coat if it has one: a preview without the luminescence.
 
     Parameters of the plugin
     ------------------------
@@ -37,8 +39,10 @@ def register_plugins() -> None:
         A full Donaldson matrix file, instead of the three spectra.
     material : string
         A material or mixture from the library (`"A:0.3,B:0.7"`), instead of the three spectra.
-    concentration : float
-        Scales the luminescence; default 1.
+    concentration : float or texture
+        Scales the luminescence; default 1. A picture makes a print of the dye.
+    int_ior, ext_ior, alpha, distribution : float, float, float, string
+        A clear coat, as that of `plastic`, or with a roughness as that of `roughplastic`; default: none.
 
     Raises
     ------
@@ -57,18 +61,23 @@ def register_plugins() -> None:
     mi.register_bsdf(FLUORESCENT, _make_class(mi))
 
 
+def coat_plugin(coat: Mapping[str, Any]) -> str:
+    """The plugin of Mitsuba whose coat a fluorescent surface has, by the properties of the coat."""
+    return "roughplastic" if "alpha" in coat or "distribution" in coat else "plastic"
+
+
 def _make_class(mi: Any) -> type:
     """Derive the plugin from the BSDF class of the variant that is set."""
-    import drjit as dr
 
     class Fluorescent(mi.BSDF):  # type: ignore[misc]
-        """A diffuse BSDF that carries the spectra of a fluorescent material."""
+        """A diffuse BSDF, or one with a coat, that carries the spectra of a fluorescent material."""
 
         def __init__(self, props: Any) -> None:
             mi.BSDF.__init__(self, props)
             named = [name for name in STRINGS if name in props]
+            coat = {name: props[name] for name in COAT if name in props}
             self.concentration = props.get("concentration", 1.0)
-            for name in (*SPECTRA, *STRINGS):
+            for name in (*SPECTRA, *STRINGS, *COAT):
                 # Every accepted property has to be read, or the parser refuses the scene.
                 if name in props:
                     props.mark_queried(name)
@@ -76,42 +85,39 @@ def _make_class(mi: Any) -> type:
                 self.reflectance = _texture(mi, material(_resolved(mi, props[named[0]])).reflectance)
             else:
                 self.reflectance = props.get_texture("reflectance", 0.5)
-            flags = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide
-            self.m_components = [flags]
-            self.m_flags = flags
+            self.shown = mi.load_dict(
+                {
+                    "type": coat_plugin(coat),
+                    "diffuse_reflectance": self.reflectance,
+                    "nonlinear": True,
+                    **coat,
+                }
+                if coat
+                else {"type": "diffuse", "reflectance": self.reflectance}
+            )
+            self.m_components = [self.shown.flags(part) for part in range(self.shown.component_count())]
+            self.m_flags = self.shown.flags()
 
         def traverse(self, callback: Any) -> None:
             callback.put("reflectance", self.reflectance, mi.ParamFlags.Differentiable)
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
-            wo = mi.warp.square_to_cosine_hemisphere(sample2)
-            active &= mi.Frame3f.cos_theta(si.wi) > 0
-            bs = mi.BSDFSample3f()
-            bs.wo = wo
-            bs.pdf = mi.warp.square_to_cosine_hemisphere_pdf(wo)
-            bs.eta = 1.0
-            bs.sampled_type = mi.UInt32(+mi.BSDFFlags.DiffuseReflection)
-            bs.sampled_component = 0
-            value = self.reflectance.eval(si, active)
-            return bs, dr.select(active & (bs.pdf > 0), value, 0.0)
+            return self.shown.sample(ctx, si, sample1, sample2, active)
 
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            cos_i, cos_o = mi.Frame3f.cos_theta(si.wi), mi.Frame3f.cos_theta(wo)
-            active &= (cos_i > 0) & (cos_o > 0)
-            return dr.select(active, self.reflectance.eval(si, active) * dr.inv_pi * cos_o, 0.0)
+            return self.shown.eval(ctx, si, wo, active)
 
         def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            cos_i, cos_o = mi.Frame3f.cos_theta(si.wi), mi.Frame3f.cos_theta(wo)
-            return dr.select((cos_i > 0) & (cos_o > 0), mi.warp.square_to_cosine_hemisphere_pdf(wo), 0.0)
+            return self.shown.pdf(ctx, si, wo, active)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
+            return self.shown.eval_pdf(ctx, si, wo, active)
 
         def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
-            return self.reflectance.eval(si, active)
+            return self.shown.eval_diffuse_reflectance(si, active)
 
         def to_string(self) -> str:
-            return f"Fluorescent[reflectance={self.reflectance}, concentration={self.concentration:g}]"
+            return f"Fluorescent[reflectance={self.reflectance}, concentration={self.concentration}]"
 
     return Fluorescent
 

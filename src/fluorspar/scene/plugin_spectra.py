@@ -6,6 +6,7 @@ bitmaps) is evaluated in a spectral variant, over the range for which the plugin
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,10 @@ from numpy.typing import NDArray
 from fluorspar.errors import SceneError, SpectrumError, message
 from fluorspar.scene.averages import MESH_ATTRIBUTE, uses_mesh
 from fluorspar.scene.nodes import build, copy_nodes
+from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["LONGEST", "SpatialVariation", "plugin_spectrum"]
+__all__ = ["LONGEST", "SpatialVariation", "plugin_spectrum", "white_light"]
 
 # The range over which Mitsuba's spectral upsampling of `rgb` values and its own tables are defined.
 _MITSUBA_RANGE = (360.0, 830.0)
@@ -59,8 +61,7 @@ def plugin_spectrum(
     if value_type in (types.Float, types.Integer):
         number = float(props[name]) if name in props else default
         if emissive:  # Mitsuba's lights of a plain number are white, which means D65
-            white = mi.load_dict({"type": "constant", "radiance": 1.0})
-            return _tabulate(white, _MITSUBA_RANGE, label).scaled(number)
+            return white_light(number, label)
         return Spectrum.constant(number, name=label)
     if value_type == types.Spectrum:
         table = props[name]
@@ -71,7 +72,8 @@ def plugin_spectrum(
         rgb = [float(c) for c in props[name]]
         colour = {"type": "rgb", "value": rgb}
         if emissive:
-            return _tabulate(mi.load_dict({"type": "constant", "radiance": colour}), _MITSUBA_RANGE, label)
+            coloured = mi.load_dict({"type": "constant", "radiance": colour})
+            return _with_ultraviolet(_tabulate(coloured, _MITSUBA_RANGE, label))
         if not 0 <= min(rgb) <= max(rgb) <= 1:
             what = "an rgb reflectance is outside 0 to 1"
             raise SpectrumError(message(what, where=label, got=rgb, expected="0 to 1"))
@@ -107,7 +109,25 @@ def plugin_spectrum(
     if plugin == "irregular":
         return Spectrum(np.array(values["wavelengths"]), np.array(values["values"]), name=label)
     low, high = (float(end) for end in texture.wavelength_range())
-    return _tabulate(texture, (low, high) if np.isfinite([low, high]).all() else _MITSUBA_RANGE, label)
+    table = _tabulate(texture, (low, high) if np.isfinite([low, high]).all() else _MITSUBA_RANGE, label)
+    return _with_ultraviolet(table) if plugin == "d65" else table
+
+
+def white_light(number: float, label: str) -> Spectrum:
+    """The spectrum of Mitsuba's lights of a plain number, which is that of D65."""
+    import mitsuba as mi
+
+    white = mi.load_dict({"type": "constant", "radiance": 1.0})  # which takes no number of 0 or below
+    return _with_ultraviolet(_tabulate(white, _MITSUBA_RANGE, label)).scaled(number)
+
+
+def _with_ultraviolet(light: Spectrum) -> Spectrum:
+    """Continue a light that Mitsuba makes of D65, whose table begins at 360 nm, by that of the CIE from 300 nm on."""
+    d65, first = illuminant("D65"), light.support[0]
+    below = d65.wavelengths < first
+    scaled = d65.values[below] * (light.values[0] / d65.at(first))
+    wavelengths = np.concatenate([d65.wavelengths[below], light.wavelengths])
+    return replace(light, wavelengths=wavelengths, values=np.concatenate([scaled, light.values]))
 
 
 def _evaluate(plugin: Any, wavelengths: NDArray[np.float64]) -> NDArray[np.float64]:

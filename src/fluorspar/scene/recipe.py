@@ -15,6 +15,7 @@ from fluorspar.scene.builtin import BUILTIN, builtin_parameters, builtin_path
 from fluorspar.scene.node_checks import check_numbers
 from fluorspar.scene.nodes import parse_scene
 from fluorspar.scene.scene_dict import plain_dict
+from fluorspar.scene.sensor import choose_sensor
 
 __all__ = ["Recipe", "recipe_of"]
 
@@ -37,6 +38,8 @@ class Recipe:
         Whether what is not matte is rendered as its average.
     library : tuple of Path
         Folders with materials of the user's, absolute.
+    sensor : int, str or None
+        Number or id of the sensor; None: the first one.
     folder : Path
         The working folder when the scene was loaded: that of the file names in a dict.
     """
@@ -47,6 +50,7 @@ class Recipe:
     materials: Mapping[str, Material]
     matte: bool
     library: tuple[Path, ...]
+    sensor: int | str | None
     folder: Path
 
     @property
@@ -68,6 +72,8 @@ class Recipe:
         ------
         SceneError
             As `parse_scene` and `check_numbers`; or if a mesh of the user's cannot be read.
+        OptionError
+            If it has no such sensor.
         """
         values = dict(self.parameters)
         if isinstance(self.source, dict):
@@ -77,6 +83,8 @@ class Recipe:
                 values = builtin_parameters(self.source, values)
             state = parse_scene(self.file or self.source, values, where=self.name)
         check_numbers(state)
+        if self.sensor is not None:
+            choose_sensor(state, self.sensor)
         return state
 
 
@@ -87,6 +95,7 @@ def recipe_of(
     matte: bool = False,
     parameters: Mapping[str, object] | None = None,
     library: Sequence[str | Path] = (),
+    sensor: int | str | None = None,
 ) -> Recipe:
     """Make the recipe of what `load_scene` is given; the variant must be `scalar_spectral`.
 
@@ -163,5 +172,6 @@ def recipe_of(
         outside,
         matte,
         tuple(Path(os.path.realpath(folder)) for folder in library),
+        sensor,
         Path.cwd(),
     )

@@ -13,6 +13,7 @@ from fluorspar.errors import FluorsparError, SceneNotice
 from fluorspar.notebook import facts_table
 from fluorspar.scene.kept_nodes import KeptNodes
 from fluorspar.scene.lights import Light
+from fluorspar.scene.lobes.lobe import Lobes
 from fluorspar.scene.nodes import build
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.sensor import sampler_node
@@ -40,6 +41,8 @@ class Scene:
         Size, samples and depths from the scene file.
     recipe : Recipe
         What it was loaded from.
+    lobes : Lobes or None
+        Of surfaces that are not matte or not of one spectrum, if the scene has any.
     """
 
     materials: tuple[Material, ...]
@@ -48,6 +51,7 @@ class Scene:
     settings: Settings
     recipe: Recipe
     _nodes: KeptNodes
+    lobes: Lobes | None = None
 
     def __repr__(self) -> str:
         return "\n".join([f"<{self._title}>", *(f"  {kind:<8} {text}" for kind, text in self._parts())])
@@ -67,7 +71,36 @@ class Scene:
         for row, material in enumerate(self.materials):
             kind = " (fluorescent)" if material.fluorescent else ""
             parts.append(("material", f"{material.name}{kind}: on {self._names_with(row)}"))
-        return parts
+        return parts + [(kind, f"{name}: on {', '.join(on)}") for (kind, name), on in self._others().items()]
+
+    def _others(self) -> dict[tuple[str, str], list[str]]:
+        """What is on surfaces beside materials, by kind and name: textures, metals, and what has no colour."""
+        found: dict[tuple[str, str], list[str]] = {}
+        for surface in self.surfaces if self.lobes is not None else ():
+            assert self.lobes is not None
+            parts = self.lobes.parts(surface.node)
+            if not parts and any(self.lobes.of_surface[surface.node]):
+                parts = [("clear", "no colour of its own")]
+            for kind, name in parts:
+                if kind != "material":
+                    found.setdefault((kind, name), []).append(surface.name)
+        return dict(sorted(found.items()))
+
+    @property
+    def general(self) -> list[str]:
+        """Names of the surfaces that are not matte or not of one spectrum, and of the lights that vary."""
+        if self.lobes is None:
+            return []
+        surfaces = [s.name for s in self.surfaces if not self.lobes.is_matte(s.node)]
+        return surfaces + [
+            light.name for row, light in enumerate(self.lights) if row in self.lobes.light_textures
+        ]
+
+    @property
+    def used(self) -> dict[str, str]:
+        """Names of the materials, metals and textures, and whom they are due to where that is known."""
+        credits = {material.name: material.credit for material in self.materials}
+        return {name: "" for kind, name in self._others() if kind != "clear"} | credits
 
     @property
     def name(self) -> str:
@@ -111,16 +144,33 @@ class Scene:
             As `Material.on`; the message says on which surfaces the material is.
         """
         matrices = []
-        for row, material in enumerate(self.materials):
+        rows = self.materials if self.lobes is None else self.lobes.rows
+        for number, row in enumerate(rows):
             try:
-                matrices.append(material.on(grid, stokes=stokes))
+                matrices.append(row.on(grid, stokes=stokes))
             except FluorsparError as err:
-                raise type(err)(f"{err}\n  in:       material of {self._names_with(row)}") from err
+                names = (
+                    self._names_with(number)
+                    if self.lobes is None
+                    else self._names_of(getattr(row, "base", row))
+                )
+                raise type(err)(f"{err}\n  in:       material of {names}") from err
         return matrices
 
     def _names_with(self, row: int) -> str:
         """Names of the surfaces that have a material."""
+        if self.lobes is not None:
+            return self._names_of(self.materials[row])
         return ", ".join(surface.name for surface in self.surfaces if row in (surface.front, surface.back))
+
+    def _names_of(self, material: Any) -> str:
+        """Names of the surfaces with a lobe of a material."""
+        assert self.lobes is not None
+        return ", ".join(
+            surface.name
+            for surface in self.surfaces
+            if any(part is material for _, part in self.lobes.parts(surface.node))
+        )
 
     def with_settings(self, **changes: int | None) -> Scene:
         """Copy the scene with some settings changed; None leaves a setting as it is."""

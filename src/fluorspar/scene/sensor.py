@@ -9,7 +9,7 @@ from fluorspar.scene.nodes import children, kind, label
 from fluorspar.scene.settings import Settings
 from fluorspar.scene.suggestion import did_you_mean
 
-__all__ = ["film_node", "sampler_node", "sensor_node", "set_film"]
+__all__ = ["choose_sensor", "film_node", "sampler_node", "sensor_node", "set_film"]
 
 
 def sensor_node(state: Any) -> int:
@@ -35,6 +35,42 @@ def sensor_node(state: Any) -> int:
             )
         )
     return sensors[0]
+
+
+def choose_sensor(state: Any, chosen: int | str) -> None:
+    """Keep one sensor of a parsed scene.
+
+    Parameters
+    ----------
+    state : mitsuba.parser.ParserState
+        To be changed.
+    chosen : int or str
+        Number of the sensor, from 0 in the order of the scene, or its id.
+
+    Raises
+    ------
+    OptionError
+        If there is no such sensor.
+    """
+    props = state.nodes[0].props
+    sensors = [(key, index) for key, index in children(state, 0) if kind(state.nodes[index]) == "Sensor"]
+    ids = [state.nodes[index].props.id() for _, index in sensors]
+    number = ids.index(str(chosen)) if str(chosen) in ids else None
+    if number is None and str(chosen).isdecimal() and int(chosen) < len(sensors):
+        number = int(chosen)
+    if number is None:
+        named = ", ".join(f"{k}: {label(state.nodes[index], index)}" for k, (_, index) in enumerate(sensors))
+        raise OptionError(
+            message(
+                "the scene has no such sensor",
+                got=chosen,
+                expected=f"the number or id of one: {named}" if named else "a scene with sensors",
+                fix=did_you_mean(str(chosen), ids),
+            )
+        )
+    for k, (key, _) in enumerate(sensors):
+        if k != number:
+            del props[key]
 
 
 def film_node(state: Any) -> int | None:

@@ -10,7 +10,7 @@ from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, m
 from fluorspar.scene.averages import average_reflectance
 from fluorspar.scene.fluorescent_node import DEFAULT_REFLECTANCE, fluorescent_material
 from fluorspar.scene.nodes import below, build, label
-from fluorspar.scene.plugin import FLUORESCENT, SPECTRA, STRINGS
+from fluorspar.scene.plugin import COAT, FLUORESCENT, SPECTRA, STRINGS
 from fluorspar.scene.plugin_spectra import SpatialVariation, plugin_spectrum
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.suggestion import did_you_mean
@@ -18,7 +18,7 @@ from fluorspar.scene.suggestion import did_you_mean
 __all__ = ["DEFAULT_REFLECTANCE", "read_material"]
 
 _MATTE = f"diffuse, twosided or {FLUORESCENT}, with spectra that are the same all over the surface"
-_PROPERTIES = {"diffuse": ("reflectance",), FLUORESCENT: (*SPECTRA, *STRINGS, "concentration")}
+_PROPERTIES = {"diffuse": ("reflectance",), FLUORESCENT: (*SPECTRA, *STRINGS, "concentration", *COAT)}
 
 
 def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Material:
@@ -46,7 +46,7 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
     Warns
     -----
     ApproximationWarning
-        If it is averaged.
+        If it is averaged, or loses its coat.
     """
     props = state.nodes[index].props
     plugin = props.plugin_name()
@@ -67,6 +67,9 @@ def read_material(state: Any, index: int, shape: int, recipe: Recipe) -> Materia
             spectrum = plugin_spectrum(state, index, "reflectance", default=DEFAULT_REFLECTANCE, label=where)
             return Material(name, spectrum)
         if plugin == FLUORESCENT:
+            if set(COAT) & set(props.keys()):
+                text = f"the coat of {where} is left out: it is rendered as a matte surface"
+                warnings.warn(text, ApproximationWarning, stacklevel=2)
             return fluorescent_material(state, index, name, where, recipe)
     except SpatialVariation as err:
         if plugin == FLUORESCENT and recipe.matte:

@@ -10,7 +10,9 @@ from fluorspar.bispectral.material import Material
 from fluorspar.errors import SceneError, SceneNotice, message
 from fluorspar.scene.averages import uses_mesh
 from fluorspar.scene.lights import LIGHTS, Light, read_light
-from fluorspar.scene.nodes import children, kind, label
+from fluorspar.scene.lobes.lobe import Lobes
+from fluorspar.scene.lobes.reader import LobeReader, needs_lobes
+from fluorspar.scene.nodes import children, kind, label, sides_of
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.scene.surface_material import DEFAULT_REFLECTANCE, read_material
@@ -54,6 +56,7 @@ class SurfaceTable:
     materials: list[Material] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     surfaces: list[Surface] = field(default_factory=list)
+    lobes: Lobes | None = None
 
 
 def read_surfaces(state: Any, recipe: Recipe) -> SurfaceTable:
@@ -86,6 +89,11 @@ class _Reader:
         self.row_of_node: dict[tuple[int, int | None], int] = {}
         self.row_of_override: dict[str, int] = {}
         self.default_row: int | None = None
+        self.lobes: LobeReader | None = None
+        if not recipe.matte and needs_lobes(state, self.overrides):
+            self.lobes = LobeReader(
+                state, lambda nodes, i, shape: read_material(nodes, i, shape, recipe), self.overrides
+            )
 
     def read(self) -> SurfaceTable:
         ids = []
@@ -105,6 +113,10 @@ class _Reader:
         for _, index in children(self.state, 0):
             if kind(self.state.nodes[index]) == "Emitter":
                 self.light(index)
+        if self.lobes is not None:
+            self.table.lobes = self.lobes.lobes()
+            self.table.materials = self.lobes.materials
+            self.unused -= self.lobes.overridden
         self.check_overrides(ids)
         if not self.table.lights:
             raise SceneError(
@@ -158,6 +170,12 @@ class _Reader:
                 raise SceneError(
                     message("participating media are not supported", where=where, expected="surfaces only")
                 )
+        if self.lobes is not None:
+            front, back = self.lobes.surface(index, bsdf, where, emits=light != NO_LIGHT)
+            self.table.surfaces.append(
+                Surface(node.props.id() or label(node, index), index, front, back, light)
+            )
+            return
         if (name := node.props.id()) in self.overrides:
             # Its own BSDF is not read: what it is does not matter, except whether it has a back.
             front = back = self.override(name)
@@ -180,7 +198,7 @@ class _Reader:
         node = self.state.nodes[bsdf]
         if node.props.plugin_name() != "twosided":
             return self.row(bsdf, shape), ABSORBS
-        nested = [child for _, child in children(self.state, bsdf)]
+        nested = sides_of(self.state, bsdf, f"shape {label(self.state.nodes[shape], shape)}")
         if node.props.id() in self.overrides:
             row = self.override(node.props.id())
             return row, row
@@ -205,7 +223,8 @@ class _Reader:
 
     def light(self, index: int, shape: int | None = None) -> int:
         """Light row of an emitter node."""
-        self.table.lights.append(read_light(self.state, index, shape, matte=self.recipe.matte))
+        varying = None if self.lobes is None else self.lobes.light(index, len(self.table.lights), shape)
+        self.table.lights.append(varying or read_light(self.state, index, shape, matte=self.recipe.matte))
         return len(self.table.lights) - 1
 
     def add(self, material: Material) -> int:

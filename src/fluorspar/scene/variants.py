@@ -16,10 +16,20 @@ from fluorspar.errors import RendererError, message
 from fluorspar.files.writing import undisturbed
 from fluorspar.scene.renderer_log import renderer_log
 
-__all__ = ["SPECTRUM_VARIANT", "TRACE_VARIANTS", "configure_llvm", "find_llvm", "usable_cores", "use_variant"]
+__all__ = [
+    "LOBE_VARIANTS",
+    "SPECTRUM_VARIANT",
+    "TRACE_VARIANTS",
+    "configure_llvm",
+    "find_llvm",
+    "usable_cores",
+    "use_variant",
+]
 
 # Light paths hold no wavelength, so they are traced in a monochrome variant.
 TRACE_VARIANTS = {"llvm": "llvm_ad_mono", "cuda": "cuda_ad_mono"}
+# With probes in the colour channels of general surfaces.
+LOBE_VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
 # Spectra of Mitsuba plugins are read in this one: it evaluates them at any wavelength.
 SPECTRUM_VARIANT = "scalar_spectral"
 OLDEST_LLVM = 16

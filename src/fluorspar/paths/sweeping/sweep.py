@@ -17,8 +17,11 @@ The recursion is in `propagate.py`, the components in `camera_vertex.py`, Phi in
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor, wait
+from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +29,7 @@ from fluorspar.image.pixels import Pixels
 from fluorspar.paths.log import ENTRIES, Chunk, lanes_per_pixel
 from fluorspar.paths.sweeping.batches import batch_count
 from fluorspar.paths.sweeping.kernel import compiled, new_scratch
+from fluorspar.paths.sweeping.lobe_kernel import LobeTables, compiled_for_lobes, new_lobe_scratch
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables
 
 __all__ = ["sweep"]
@@ -34,14 +38,16 @@ _TASKS = 16  # pixel ranges a chunk is divided into; more than cores, so that no
 _ROOM = 8  # material rows of a pixel that there is room for at first
 
 
-def sweep(chunk: Chunk, tables: SpectralTables, pool: Executor, out: Pixels, at: int = 0) -> None:
+def sweep(
+    chunk: Chunk, tables: SpectralTables | LobeTables, pool: Executor, out: Pixels, at: int = 0
+) -> None:
     """Compute the spectra of all components of the pixels of a chunk.
 
     Parameters
     ----------
     chunk : Chunk
         Recorded light paths.
-    tables : SpectralTables
+    tables : SpectralTables or LobeTables
         Spectra of the materials and lights whose rows the paths refer to.
     pool : Executor
         Threads to compute with; the result does not depend on their number.
@@ -52,8 +58,17 @@ def sweep(chunk: Chunk, tables: SpectralTables, pool: Executor, out: Pixels, at:
         Pixel of `out` that the first one of the chunk becomes.
     """
     log, component_errors = chunk.log, out.component_standard_error is not None
-    rows, width = tables.reflectance.shape
-    kernel = compiled(width, len(log.direct_light) == 0, component_errors)
+    one_light = len(log.direct_light) == 0
+    scratch_for: Callable[[int], Any]
+    if isinstance(tables, LobeTables):
+        width = len(tables.wavelengths)
+        terms = log.row.size // log.sampled.size
+        kernel = compiled_for_lobes(width)
+        scratch_for = partial(new_lobe_scratch, terms, width)
+    else:
+        rows, width = tables.reflectance.shape
+        kernel = compiled(width, one_light, component_errors)
+        scratch_for = partial(new_scratch, rows, width)
     flat = log._replace(**{name: getattr(log, name).reshape(-1) for name in ENTRIES})
     errors = out.component_standard_error if component_errors else out.radiance[:, :0]
 
@@ -61,7 +76,7 @@ def sweep(chunk: Chunk, tables: SpectralTables, pool: Executor, out: Pixels, at:
         samples = chunk.spp, lanes_per_pixel(chunk.spp), batch_count(chunk.spp)
         room = _ROOM
         while first < stop:
-            scratch = new_scratch(rows, width, room)
+            scratch: Any = scratch_for(room)
             first = kernel(
                 first, stop, *samples, flat, tables, out.radiance, out.standard_error, errors, at, scratch
             )

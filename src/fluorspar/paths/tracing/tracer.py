@@ -16,15 +16,15 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.paths.log import BLOCK, END, ENTRIES, Chunk, Log, lanes_per_pixel
+from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, Chunk, Log, lanes_per_pixel
 from fluorspar.paths.tracing.trace_scene import TraceScene
 from fluorspar.scene.settings import UNLIMITED, Settings
 
-__all__ = ["Tracer"]
+__all__ = ["SURVIVAL", "Spread", "Tracer", "camera_ray", "mis", "two"]
 
 # Roulette survives with the throughput of the brightest band, within these bounds. The lower one keeps
 # paths unbiased if the spectra are changed after tracing.
-_SURVIVAL = (0.05, 0.95)
+SURVIVAL = (0.05, 0.95)
 # Entries that a strip has room for, a sample: at first, and at the most, which bounds memory. In between it follows
 # what the chunk before has needed.
 _ROOM, _MOST_ROOM = 10.0, 16.0
@@ -42,7 +42,7 @@ class _Launch:
 
 
 @dataclass
-class _Spread:
+class Spread:
     """Where the scene's own sampler puts the camera rays of a chunk, for each path; see `Tracer._spread`."""
 
     film: Any
@@ -58,7 +58,7 @@ class Started:
     first_pixel: int
     pixels: int
     launch: _Launch
-    spread: _Spread | None
+    spread: Spread | None
 
 
 class Tracer:
@@ -76,20 +76,23 @@ class Tracer:
         Same seed, same paths, bit for bit, whatever the number of threads.
     """
 
-    def __init__(
-        self, scene: TraceScene, settings: Settings, survival: NDArray[np.floating], seed: int
-    ) -> None:
-        self.scene = scene
+    def __init__(self, scene: Any, settings: Settings, survival: NDArray[np.floating], seed: int) -> None:
+        self.scene: Any = scene
         self.settings = settings
         self.seed = seed
-        self.first_row_of_shape = mi.UInt32(scene.first_row_of_shape)
-        self.rows_per_primitive = mi.UInt32(scene.rows_per_primitive)
-        self.rows = mi.UInt32(scene.rows)
+        self.terms = 1
         self.light_of_emitter = mi.UInt32(scene.light_of_emitter)
         self.one_light = len(scene.light_of_emitter) == 0 or len(scene.mitsuba_scene.emitters()) == 1
         self.survival = mi.Float(np.asarray(survival, dtype=np.float32))
         self._longest_lane = -(-settings.spp // lanes_per_pixel(settings.spp))  # in samples
         self._room = _ROOM
+        if isinstance(scene, TraceScene):
+            self._read_rows(scene)
+
+    def _read_rows(self, scene: TraceScene) -> None:
+        self.first_row_of_shape = mi.UInt32(scene.first_row_of_shape)
+        self.rows_per_primitive = mi.UInt32(scene.rows_per_primitive)
+        self.rows = mi.UInt32(scene.rows)
 
     def start(self, number: int, first_pixel: int, pixels: int) -> Started:
         """Launch the tracing of chunk `number`, `pixels` pixels from `first_pixel` on, without waiting for it."""
@@ -102,14 +105,11 @@ class Tracer:
         sample = lane // parts * spp + first
         rng = mi.PCG32(len(lane), *map(mi.UInt64, mi.sample_tea_32(lane, self._seed(number, 0))))
         spread = self._spread(number, first_pixel, pixels)
-        ray = _camera_ray(self, spread, _two(rng), rng, pixel, sample, mi.Bool(True))
+        ray = camera_ray(self, spread, two(rng), rng, pixel, sample, mi.Bool(True))
         state = {
             "o": mi.Point3f(ray.o),
             "d": mi.Vector3f(ray.d),
-            "previous": mi.Point3f(0),
-            "pdf": mi.Float(0),
-            "throughput": mi.Float(1),
-            "depth": mi.UInt32(0),
+            **self.first_state(),
             "pixel": pixel,
             "sample": sample,
             "left": (part + 1) * spp // parts - first,
@@ -120,6 +120,25 @@ class Tracer:
         dr.make_opaque(state)
         height = int(np.ceil(self._room * self._longest_lane))
         return Started(number, first_pixel, pixels, self._launch(state, height, spread), spread)
+
+    def first_state(self) -> dict[str, Any]:
+        """What the loop carries besides the ray, where a path begins."""
+        return {
+            "previous": mi.Point3f(0),
+            "pdf": mi.Float(0),
+            "throughput": mi.Float(1),
+            "depth": mi.UInt32(0),
+        }
+
+    def run(
+        self, spread: Spread | None, log: dict[str, Any], height: Any, state: dict[str, Any]
+    ) -> tuple[Any, dict[str, Any]]:
+        """Record the loop: let each lane trace its samples, as far as its strip of `height` entries goes.
+
+        Returns the number of entries that each lane has used, and the state in which it stopped.
+        """
+        used_and_left: tuple[Any, dict[str, Any]] = _trace(self, spread, log, height, **state)
+        return used_and_left
 
     def finish(self, started: Started) -> Chunk:
         """Wait for a chunk, let lanes go on that came to the end of their strip, and return the log of all."""
@@ -132,24 +151,26 @@ class Tracer:
             launches.append(self._launch(state, started.launch.height, started.spread))
         longest = (len(launches) - 1) * started.launch.height + int(dr.max(launches[-1].used)[0])
         self._room = min(max(1.1 * longest / self._longest_lane, 2.0), _MOST_ROOM)
-        return Chunk(started.first_pixel, started.pixels, self.settings.spp, _log(launches))
+        return Chunk(started.first_pixel, started.pixels, self.settings.spp, _log(launches, self.terms))
 
-    def _launch(self, state: dict[str, Any], height: int, spread: _Spread | None) -> _Launch:
+    def _launch(self, state: dict[str, Any], height: int, spread: Spread | None) -> _Launch:
         """Allocate a strip for each lane and launch the kernel that fills them."""
         lanes = len(state["left"])
         entries = -(-lanes // BLOCK) * BLOCK * height
         log = {
             name: dr.empty(
                 mi.UInt32 if kind is np.uint32 else mi.Float,
-                1 if self.one_light and name.endswith("light") else entries,
+                1
+                if self.one_light and name.endswith("light")
+                else entries * (self.terms if name in OF_TERMS else 1),
             )
             for name, kind in ENTRIES.items()
         }
-        used, left = _trace(self, spread, log, dr.opaque(mi.UInt32, height), **state)
+        used, left = self.run(spread, log, dr.opaque(mi.UInt32, height), state)
         dr.eval(log, used, left)
         return _Launch(lanes, height, log, used, left)
 
-    def _spread(self, number: int, first_pixel: int, pixels: int) -> _Spread | None:
+    def _spread(self, number: int, first_pixel: int, pixels: int) -> Spread | None:
         """Take the camera rays from the scene's sampler, if that spreads those of a pixel.
 
         Beyond the camera all numbers are independent: the dimensions of other samplers may be correlated along a
@@ -164,25 +185,25 @@ class Tracer:
         time = sampler.next_1d() if self.scene.sensor.shutter_open_time() > 0 else mi.Float(0)
         aperture = sampler.next_2d() if self.scene.sensor.needs_aperture_sample() else mi.Point2f(0.5)
         dr.eval(film, time, aperture)
-        return _Spread(film, time, aperture)
+        return Spread(film, time, aperture)
 
     def _seed(self, chunk: int, use: int) -> Any:
         return dr.opaque(mi.UInt32, int(np.random.SeedSequence((self.seed, chunk, use)).generate_state(1)[0]))
 
 
-def _two(rng: Any) -> Any:
+def two(rng: Any) -> Any:
     return mi.Point2f(rng.next_float32(), rng.next_float32())
 
 
-def _camera_ray(
-    tracer: Tracer, spread: _Spread | None, u: Any, rng: Any, pixel: Any, sample: Any, active: Any
+def camera_ray(
+    tracer: Tracer, spread: Spread | None, u: Any, rng: Any, pixel: Any, sample: Any, active: Any
 ) -> Any:
     """The ray of a sample of a pixel: from the numbers `u` and, for more than that, `rng`, or as it was spread."""
     sensor, settings = tracer.scene.sensor, tracer.settings
     if spread is None:
         place = u
         time = rng.next_float32() if sensor.shutter_open_time() > 0 else mi.Float(0)
-        aperture = _two(rng) if sensor.needs_aperture_sample() else mi.Point2f(0.5)
+        aperture = two(rng) if sensor.needs_aperture_sample() else mi.Point2f(0.5)
     else:
         place, time, aperture = (
             values if dr.width(values) == 1 else dr.gather(type(values), values, sample, active)
@@ -196,7 +217,7 @@ def _camera_ray(
 @dr.syntax
 def _trace(
     tracer: Tracer,
-    spread: _Spread | None,
+    spread: Spread | None,
     log: dict[str, Any],
     height: Any,
     o: Any,
@@ -235,7 +256,7 @@ def _trace(
         origin.p = previous
         ds = mi.DirectionSample3f(scene, si, origin)
         pdf_direct = scene.pdf_emitter_direction(origin, ds, seen & (depth > 0))
-        weight = dr.select(depth == 0, 1.0, _mis(pdf, pdf_direct))
+        weight = dr.select(depth == 0, 1.0, mis(pdf, pdf_direct))
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * weight, 0.0)
         dr.scatter(log["sampled"], sampled, slot)
         if dr.hint(not tracer.one_light, mode="scalar"):
@@ -254,10 +275,10 @@ def _trace(
         active &= row != END
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth
-        ds, emitted = scene.sample_emitter_direction(si, _two(rng), False, active)
+        ds, emitted = scene.sample_emitter_direction(si, two(rng), False, active)
         cosine = dr.maximum(dr.dot(si.sh_frame.n, ds.d) * dr.sign(si.wi.z), 0.0)
         pdf_sampled = cosine * dr.inv_pi
-        weight = dr.select(ds.delta, 1.0, _mis(ds.pdf, pdf_sampled))
+        weight = dr.select(ds.delta, 1.0, mis(ds.pdf, pdf_sampled))
         direct = emitted[0] * pdf_sampled * weight
         # Only now the shadow ray: much of the light comes from below the horizon or faces away.
         lit = active & (ds.pdf > 0) & (direct > 0)
@@ -271,13 +292,13 @@ def _trace(
             dr.scatter(log["direct_light"], light, slot)
 
         # The next direction, from the cosine; roulette decides before the ray is traced.
-        u = _two(rng)
+        u = two(rng)
         wo = mi.warp.square_to_cosine_hemisphere(u)
         pdf = wo.z * dr.inv_pi
         wo.z = dr.mulsign(wo.z, si.wi.z)
         throughput *= dr.gather(mi.Float, tracer.survival, row, active)
         roulette = depth + 1 >= rr_depth
-        chance = dr.clip(throughput, *_SURVIVAL)
+        chance = dr.clip(throughput, *SURVIVAL)
         goes_on = active & (~roulette | (rng.next_float32() < chance))
         gain = dr.select(roulette, dr.rcp(chance), 1.0)
         dr.scatter(log["weight"], dr.select(goes_on, gain, 0.0), slot)
@@ -286,7 +307,7 @@ def _trace(
         # Where the path has ended, the next sample begins; the numbers `u` have served nothing then.
         left = dr.select(goes_on, left, left - 1)
         sample = dr.select(goes_on, sample, sample + 1)
-        fresh = _camera_ray(tracer, spread, u, rng, pixel, sample, ~goes_on & (left > 0))
+        fresh = camera_ray(tracer, spread, u, rng, pixel, sample, ~goes_on & (left > 0))
         o = dr.select(goes_on, mi.Point3f(spawned.o), mi.Point3f(fresh.o))
         d = dr.select(goes_on, mi.Vector3f(spawned.d), mi.Vector3f(fresh.d))
         throughput = dr.select(goes_on, throughput * gain, 1.0)
@@ -311,18 +332,19 @@ def _trace(
     return used, stopped
 
 
-def _mis(pdf: Any, other: Any) -> Any:
+def mis(pdf: Any, other: Any) -> Any:
     """Weight of a light found with density `pdf` that the other technique finds with `other` (power heuristic)."""
     return dr.select(pdf > 0, dr.rcp(1 + dr.square(other / pdf)), 0.0)
 
 
-def _log(launches: list[_Launch]) -> Log:
+def _log(launches: list[_Launch], terms: int) -> Log:
     """Put launches behind one another; see them as numpy arrays, copied only from a GPU or if there are several."""
     fields = {}
     for name in ENTRIES:
         parts = [launch.log.pop(name).numpy() for launch in launches]
-        parts = [part.reshape(-1, BLOCK) if len(part) > 1 else part[:0].reshape(0, BLOCK) for part in parts]
-        fields[name] = parts[0] if len(parts) == 1 else np.concatenate(parts)
+        shape = (terms, -1, BLOCK) if terms > 1 and name in OF_TERMS else (-1, BLOCK)
+        parts = [part.reshape(shape) if len(part) > 1 else part[:0].reshape(0, BLOCK) for part in parts]
+        fields[name] = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-2)
     strips, goes_on, entry, slot = [], [], 0, 0
     for launch in launches:
         blocks = -(-launch.lanes // BLOCK)
