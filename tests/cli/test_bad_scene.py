@@ -74,22 +74,16 @@ def test_unknown_camera(fluorspar: CommandLine) -> None:
     assert said.says("sensor 'irradiancemeter' is not supported", "expected: one of perspective")
 
 
-def test_glossy_surface(fluorspar: CommandLine) -> None:
-    """It is named, with the shape it is on, and there is a way out."""
-    said = fluorspar.refuses(GLOSSY)
-    assert said.says(
-        "BSDF 'roughconductor' is not a matte surface",
-        "where: BSDF 'brass' (roughconductor) of shape 'ball'",
-        "expected: diffuse, twosided or fluorescent",
-        "fix: replace it, or",
-        "--matte",
-    )
+def test_unsupported_surface(fluorspar: CommandLine) -> None:
+    """It is named, with the shape it is on, and there is advice."""
+    said = fluorspar.refuses(ball('<bsdf type="pplastic" id="brass"/>'))
+    assert said.says("BSDF 'pplastic'", "where:", "'brass' (pplastic) of shape 'ball'", "fix: did you mean")
 
 
-def test_textured_surface(fluorspar: CommandLine) -> None:
-    texture = '<bsdf type="diffuse" id="tiles"> <texture type="checkerboard" name="reflectance"/> </bsdf>'
-    said = fluorspar.refuses(ball(texture))
-    assert said.says("'checkerboard' varies over the surface", "'tiles' (diffuse) of shape 'ball'", "--matte")
+def test_unsupported_texture(fluorspar: CommandLine) -> None:
+    texture = '<texture type="checkerboard" name="specular_reflectance"/>'
+    said = fluorspar.refuses(ball(f'<bsdf type="roughconductor" id="tiles"> {texture} </bsdf>'))
+    assert said.says("texture as specular reflectance is not supported", "'tiles' (roughconductor)")
 
 
 def test_matte_renders_it_with_a_warning(fluorspar: CommandLine) -> None:

@@ -63,8 +63,8 @@ class TestRender:
 
     @pytest.mark.parametrize("name", BUILTIN)
     def test_built_in_scenes_warn_of_nothing(self, fluorspar: CommandLine, name: str) -> None:
-        """From 300 nm on, as their tables promise; from 360 nm on where there are colours of an environment map."""
-        wavelengths = "360:780:30" if name == "still-life" else "300:780:32"
+        """From 300 nm on, as their tables promise; close where there is a lamp of lines."""
+        wavelengths = "300:780:5" if name == "still-life" else "300:780:32"
         grid = ("--wavelengths", wavelengths, "--size", "8x8", "--spp", "1")
         done = fluorspar("render", name, *grid, "-o", "box.png")
         assert (done.code, done.err) == (0, "")

@@ -146,7 +146,7 @@ def material_from_eem(
 
     Examples
     --------
-    >>> em, ex = np.arange(450.0, 651.0, 5), np.arange(350.0, 501.0, 10)
+    >>> em, ex = np.arange(450.0, 651.0, 5), np.arange(350.0, 531.0, 10)
     >>> cells = np.outer(np.exp(-(((em - 540) / 25) ** 2)), np.exp(-(((ex - 450) / 30) ** 2)))
     >>> paint = material_from_eem(Eem(em, ex, 7e4 * cells), 0.9, strength=0.5, units="photon", substrate=0.8)
     >>> paint.fluorophores[0].excitation.peak, paint.reflectance.at(450)
