@@ -99,7 +99,7 @@ PROGRAM = """if True:
 @pytest.mark.parametrize("moment", [0.1, 0.6, 1.4])
 def test_while_it_starts(moment: float, number: signal.Signals, fluorspar: CommandLine) -> None:
     """Whatever is being imported or started then: trimesh, scipy, Dr.Jit, LLVM, Numba."""
-    command = ["render", "cornell-mesh", "--spp", "100000", "-o", "mesh.exr"]
+    command = ["render", "cornell-mesh", "--spp", "60000", "-o", "mesh.exr"]
     process = subprocess.Popen(
         [sys.executable, "-c", PROGRAM, *command],
         cwd=fluorspar.folder,
