@@ -60,7 +60,7 @@ def stock_scene(scene: fluorspar.Scene) -> Any:
         elif kind(node) == "Film":
             node.props["width"], node.props["height"] = scene.settings.width, scene.settings.height
             node.props["pixel_format"] = "luminance"
-    with resolving(scene.base):
+    with resolving(*scene.folders):
         built = mi.parser.instantiate(mi.parser.ParserConfig(mi.variant()), state)
     return built[0] if isinstance(built, list) else built
 
