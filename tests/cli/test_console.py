@@ -111,7 +111,7 @@ def test_a_working_folder_that_is_gone(tmp_path: Path) -> None:
     assert done.stderr.startswith("error: the working folder does not exist any more\n")
 
 
-@pytest.mark.parametrize("fault", [OSError(28, "No space left on device", "/tmp/x"), MemoryError()])
+@pytest.mark.parametrize("fault", [OSError(28, "No space left on device", "box.nc"), MemoryError()])
 def test_what_the_system_refuses(
     fault: Exception, fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:

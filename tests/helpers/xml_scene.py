@@ -26,3 +26,14 @@ def mesh(filename: str, inside: str = "") -> str:
     """A shape of an OBJ or PLY file."""
     kind = Path(filename).suffix[1:]
     return f'<shape type="{kind}" id="mesh"> <string name="filename" value="{filename}"/> {inside} </shape>'
+
+
+def coloured_ply(vertices: str, faces: str) -> str:
+    """A PLY file whose vertices (x y z r g b, a line each) and triangles (3 a b c r g b) have colours."""
+    floats = "".join(f"property float {name}\n" for name in "rgb")
+    return (
+        f"ply\nformat ascii 1.0\nelement vertex {len(vertices.splitlines())}\n"
+        f"property float x\nproperty float y\nproperty float z\n{floats}"
+        f"element face {len(faces.splitlines())}\nproperty list uchar int vertex_indices\n{floats}"
+        f"end_header\n{vertices}\n{faces}\n"
+    )

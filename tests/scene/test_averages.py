@@ -12,31 +12,17 @@ from fluorspar.errors import ApproximationWarning, SceneError
 from fluorspar.scene import averages
 from fluorspar.scene.nodes import build, resolving
 from fluorspar.scene.variants import SPECTRUM_VARIANT, use_variant
-from xml_scene import QUAD, mesh, xml_scene
+from xml_scene import QUAD, coloured_ply, mesh, xml_scene
 
-PLY = """ply
-format ascii 1.0
-element vertex 5
-property float x
-property float y
-property float z
-property float r
-property float g
-property float b
-element face 2
-property list uchar int vertex_indices
-property float r
-property float g
-property float b
-end_header
-0 0 0 0.2 0.2 0.2
+PLY = coloured_ply(
+    """0 0 0 0.2 0.2 0.2
 1 0 0 0.8 0.8 0.8
 0 1 0 0.2 0.2 0.2
 -3 0 0 0.5 0.5 0.5
-0 1 0 0.5 0.5 0.5
-3 0 1 2 0.1 0.1 0.1
-3 0 4 3 0.5 0.5 0.5
-"""
+0 1 0 0.5 0.5 0.5""",
+    """3 0 1 2 0.1 0.1 0.1
+3 0 4 3 0.5 0.5 0.5""",
+)
 """Two triangles of areas 1 : 3, with grey faces and grey vertices."""
 
 

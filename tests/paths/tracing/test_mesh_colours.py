@@ -11,32 +11,19 @@ from fluorspar.scene.lobes.lobe import operate
 from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import use_variant
 from fluorspar.spectral.wavelengths import Wavelengths
+from xml_scene import coloured_ply
 
 GRID = Wavelengths(450, 600, 50)
 PLACES = 64
 PICKS = 100
-MESH = """ply
-format ascii 1.0
-element vertex 4
-property float x
-property float y
-property float z
-property float r
-property float g
-property float b
-element face 2
-property list uchar int vertex_indices
-property float r
-property float g
-property float b
-end_header
--1 -1 0 0.2 0.7 0.1
+MESH = coloured_ply(
+    """-1 -1 0 0.2 0.7 0.1
 1 -1 0 0.8 0.3 0.6
 1 1 0 0.1 0.1 0.9
--1 1 0 0.9 0.9 0.2
-3 0 1 2 0.1 0.5 0.8
-3 0 2 3 0.7 0.2 0.3
-"""
+-1 1 0 0.9 0.9 0.2""",
+    """3 0 1 2 0.1 0.5 0.8
+3 0 2 3 0.7 0.2 0.3""",
+)
 
 
 @pytest.fixture
