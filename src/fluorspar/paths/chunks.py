@@ -49,9 +49,8 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
             begun: deque[Any] = deque()
             for number, run in enumerate(runs):
                 begun.append(tracer.start(number, *run))
-                if (
-                    len(begun) > 1
-                ):  # one is waiting, so that no core does while the last paths of another are traced
+                # One is waiting, so that no core does while the last paths of another are traced.
+                if len(begun) > 1:
                     yield tracer.finish(begun.popleft())
             yield tracer.finish(begun.popleft())
         except RuntimeError as err:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
 import pickle
 import warnings
 import zlib
+from types import ModuleType
 from typing import Any
 
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
@@ -13,7 +15,10 @@ from numba.core.serialize import dumps
 
 from fluorspar.errors import FluorsparWarning
 
-__all__ = ["keep_code"]
+__all__ = ["FAST", "fingerprint", "keep_code"]
+
+# Sums may be reordered for SIMD; NaN and infinity keep their meaning.
+FAST = {"reassoc", "contract", "nsz", "arcp"}
 
 _LOG = logging.getLogger(__name__)
 _FIX = "set NUMBA_CACHE_DIR to a folder that can be written to"
@@ -64,6 +69,14 @@ class _Cache(FunctionCache):  # type: ignore[misc]
     def _warn(self, fault: str, err: Exception, rest: str) -> None:
         text = f"compiled code in {self.cache_path} {fault} ({type(err).__name__}: {err}){rest}"
         warnings.warn(text, FluorsparWarning, stacklevel=2)
+
+
+def fingerprint(*modules: ModuleType) -> int:
+    """A number of the source of modules whose code is compiled into a function that is kept.
+
+    Numba looks at the date of the function's own file only; a captured value is part of the key of its code.
+    """
+    return zlib.crc32("".join(inspect.getsource(module) for module in modules).encode())
 
 
 def keep_code(kernel: Any, what: str) -> None:

@@ -8,8 +8,6 @@ vertex is done once for each pixel and material row; results are written where t
 
 from __future__ import annotations
 
-import inspect
-import zlib
 from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
@@ -35,15 +33,12 @@ from fluorspar.paths.sweeping.camera_vertex import (
     collect,
     new_pixel,
 )
-from fluorspar.paths.sweeping.kept_code import keep_code
+from fluorspar.paths.sweeping.kept_code import FAST, fingerprint, keep_code
 from fluorspar.paths.sweeping.propagate import Path, new_path, propagate, read_path
 
 __all__ = ["compiled", "new_scratch"]
 
 _VERTICES = 32
-
-# Sums may be reordered for SIMD; NaN and infinity keep their meaning.
-_FAST = {"reassoc", "contract", "nsz", "arcp"}
 
 
 class Scratch(NamedTuple):
@@ -79,10 +74,18 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
     pixel 0 of the chunk is pixel `at`. It returns the pixel that it did not do for lack of room in
     the `Scratch`, `stop` if it did all.
     """
-    version = _version()
+    version = fingerprint(
+        components_module,
+        log_module,
+        batches_module,
+        camera_vertex_module,
+        luminesce_module,
+        propagate_module,
+        spectral_tables_module,
+    )
 
     # Without Numba's counting of references: it counts in the innermost loops, in memory that all threads share.
-    @numba.njit(nogil=True, fastmath=_FAST, _nrt=False)
+    @numba.njit(nogil=True, fastmath=FAST, _nrt=False)
     def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
         _ = version  # a captured value is part of the key under which Numba keeps compiled code
         path, pixel, tally, y, total = scratch
@@ -129,17 +132,3 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
 
     keep_code(kernel, f"the sweep of {width} bands")
     return kernel  # type: ignore[no-any-return]
-
-
-def _version() -> int:
-    """Fingerprint of the other files whose code is compiled in: Numba looks at the date of this one only."""
-    modules = (
-        components_module,
-        log_module,
-        batches_module,
-        camera_vertex_module,
-        luminesce_module,
-        propagate_module,
-        spectral_tables_module,
-    )
-    return zlib.crc32("".join(inspect.getsource(module) for module in modules).encode())

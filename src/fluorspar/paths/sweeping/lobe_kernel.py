@@ -13,8 +13,6 @@ and the camera vertex, where direct and indirect light are told apart, the compo
 
 from __future__ import annotations
 
-import inspect
-import zlib
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -32,7 +30,7 @@ from fluorspar.paths.sweeping import luminesce as luminesce_module
 from fluorspar.paths.sweeping import registers as registers_module
 from fluorspar.paths.sweeping import spectral_tables as spectral_tables_module
 from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, TOTAL, Tally, count, new_tally, store
-from fluorspar.paths.sweeping.kept_code import keep_code
+from fluorspar.paths.sweeping.kept_code import FAST, fingerprint, keep_code
 from fluorspar.paths.sweeping.luminesce import luminesce
 from fluorspar.paths.sweeping.registers import collect, colour, reflect
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
@@ -41,7 +39,6 @@ from fluorspar.scene.lobes.lobe import DARK, FULL, REST, Lobes
 
 __all__ = ["LobeTables", "compiled_for_lobes", "lobe_tables", "new_lobe_scratch"]
 
-_FAST = {"reassoc", "contract", "nsz", "arcp"}
 _VERTICES = 32
 
 
@@ -361,9 +358,17 @@ def _luminesce_terms(path: Any, k: int, h: Any, luminesced: bool, tables: Any, y
 @cache
 def compiled_for_lobes(width: int) -> Callable[..., int]:
     """Compile the sweep for a padded number of bands; see `compiled` of `kernel.py`."""
-    version = _version()
+    version = fingerprint(
+        components_module,
+        log_module,
+        batches_module,
+        luminesce_module,
+        registers_module,
+        spectral_tables_module,
+        lobe_module,
+    )
 
-    @numba.njit(nogil=True, fastmath=_FAST, _nrt=False)
+    @numba.njit(nogil=True, fastmath=FAST, _nrt=False)
     def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
         _ = version
         path, tally, y, sums, total = scratch
@@ -426,17 +431,3 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
 
     keep_code(kernel, f"the sweep of {width} bands and lobes")
     return kernel  # type: ignore[no-any-return]
-
-
-def _version() -> int:
-    """Fingerprint of the other files whose code is compiled in: Numba looks at the date of this one only."""
-    modules = (
-        components_module,
-        log_module,
-        batches_module,
-        luminesce_module,
-        registers_module,
-        spectral_tables_module,
-        lobe_module,
-    )
-    return zlib.crc32("".join(inspect.getsource(module) for module in modules).encode())

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.paths.tracing.trace_scene import lights_of_emitters, pointer_of, sampler_of
 from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.lobes.lobe import STRAIGHT, DyeMap, Lobe, Lobes
 from fluorspar.scene.lobes.pictures import build_picture
@@ -105,10 +106,9 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
             del nodes[node].props["reflectance"]
             nodes[node].props["reflectance"] = _dye_map(state, dye)
     for surface in scene.surfaces:
-        nodes[surface.node].props.set_id(f"surface-{surface.node}")
-    for surface in scene.surfaces:
+        props = nodes[surface.node].props
+        props.set_id(f"surface-{surface.node}")
         if surface.node in lobes.replaced:
-            props = nodes[surface.node].props
             for key, child in list(children(state, surface.node)):
                 if kind(nodes[child]) == "BSDF":
                     del props[key]
@@ -130,30 +130,24 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         to_sky = np.linalg.inv(to_world)[:3, :3].astype(np.float64)
     terms = lobes.terms
     sides: list[list[tuple[Lobe, bool, bool]]] = [[]]
-    pointers = {shape.id(): _pointer(mi.ShapePtr(shape)) for shape in built.shapes()}
+    pointers = {shape.id(): pointer_of(mi.ShapePtr(shape)) for shape in built.shapes()}
     first_of_shape = np.zeros(max(pointers.values(), default=0) + 1, dtype=np.uint32)
     for surface in scene.surfaces:
         first_of_shape[pointers[f"surface-{surface.node}"]] = len(sides)
         sides += [_expanded(side) for side in lobes.of_surface[surface.node]]
-    row_of_id = {f"light-{light.node}": row for row, light in enumerate(scene.lights)}
-    emitters = [(_pointer(mi.EmitterPtr(emitter)), row_of_id[emitter.id()]) for emitter in built.emitters()]
-    light_of_emitter = np.zeros(max(p for p, _ in emitters) + 1, dtype=np.uint32)
-    for pointer, row in emitters:
-        light_of_emitter[pointer] = row
+    light_of_emitter = lights_of_emitters(built, scene)
     sensor = built.sensors()[0]
-    sampler = sensor.sampler().clone()
-    sampler.set_sample_count(scene.settings.spp)
     return LobeScene(
         built,
         sensor,
-        sampler,
+        sampler_of(sensor, scene),
         first_of_shape,
         _slots(sides, terms),
         terms,
         light_of_emitter,
         lobes,
         len(scene.lights),
-        row_of_id[sky[0].id()] if sky else -1,
+        int(light_of_emitter[pointer_of(mi.EmitterPtr(sky[0]))]) if sky else -1,
         to_sky,
     )
 
@@ -197,11 +191,3 @@ def _slots(sides: list[list[tuple[Lobe, bool, bool]]], terms: int) -> Slots:
         np.array([found for _, found, _ in filled], dtype=np.bool_),
         np.array([sent for _, _, sent in filled], dtype=np.bool_),
     )
-
-
-def _pointer(pointer: Any) -> int:
-    """The number under which Dr.Jit knows an object inside vectorised code."""
-    import drjit as dr
-    import mitsuba as mi
-
-    return int(dr.reinterpret_array(mi.UInt32, pointer)[0])

@@ -11,14 +11,13 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
 from fluorspar.paths.log import BLOCK, END
 from fluorspar.paths.tracing.lobe_scene import LobeScene
 from fluorspar.paths.tracing.mesh_colours import MeshColours
 from fluorspar.paths.tracing.tracer import SURVIVAL, Spread, Tracer, camera_ray, mis, two
 from fluorspar.scene.lobes.lobe import CHANNELS, STRAIGHT
-from fluorspar.scene.settings import UNLIMITED, Settings
+from fluorspar.scene.settings import UNLIMITED
 
 __all__ = ["LobeTracer"]
 
@@ -29,10 +28,8 @@ _WRAPS = ("repeat", "mirror", "clamp")
 class LobeTracer(Tracer):
     """Traces one chunk of pixels after another; the variant of `scene` must be set. See `Tracer`."""
 
-    def __init__(
-        self, scene: LobeScene, settings: Settings, survival: NDArray[np.floating], seed: int
-    ) -> None:
-        super().__init__(scene, settings, survival, seed)
+    def read_scene(self, scene: LobeScene) -> None:
+        """Give the tables of the scene to Dr.Jit."""
         self.terms = scene.terms
         self.first_of_shape = mi.UInt32(scene.first_of_shape)
         slots = scene.slots

@@ -17,7 +17,7 @@ from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import set_film
 from fluorspar.scene.surfaces import ABSORBS, Surface
 
-__all__ = ["TraceScene", "build_trace_scene"]
+__all__ = ["TraceScene", "build_trace_scene", "lights_of_emitters", "pointer_of", "sampler_of"]
 
 _FEW = 64  # nodes of a scene that are built one by one
 
@@ -79,7 +79,6 @@ def build_trace_scene(scene: Scene) -> TraceScene:
 
     with resolving(*scene.folders):
         parts = _parts(state)
-    row_of_id = {f"light-{light.node}": row for row, light in enumerate(scene.lights)}
     surface_of_id = {f"surface-{surface.node}": surface for surface in scene.surfaces}
     shapes = [part for part in parts if isinstance(part, mi.Shape)]
     joined = _join([_Rows(shape, [surface_of_id[shape.id()]]) for shape in shapes])
@@ -89,10 +88,8 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     built = mi.load_dict({"type": "scene", **named}, optimize=False)
     warn_of_extent(built)
     sensor = built.sensors()[0]
-    sampler = sensor.sampler().clone()
-    sampler.set_sample_count(scene.settings.spp)
 
-    pointers = [_pointer(mi.ShapePtr(part.shape)) for part in joined]
+    pointers = [pointer_of(mi.ShapePtr(part.shape)) for part in joined]
     first_row = np.zeros(max(pointers, default=0) + 1, dtype=np.uint32)
     per_primitive = np.zeros_like(first_row)
     rows = [np.full(2, END, dtype=np.uint32)]  # of no shape: a table is never empty
@@ -100,13 +97,33 @@ def build_trace_scene(scene: Scene) -> TraceScene:
         first_row[pointer] = sum(map(len, rows))
         per_primitive[pointer] = 2 if len(part.surfaces) > 1 else 0
         rows.append(part.rows())
-    emitters = [(_pointer(mi.EmitterPtr(emitter)), row_of_id[emitter.id()]) for emitter in built.emitters()]
-    light_of_emitter = np.zeros(max(p for p, _ in emitters) + 1, dtype=np.uint32)
-    for pointer, row in emitters:
-        light_of_emitter[pointer] = row
     return TraceScene(
-        built, sensor, sampler, first_row, per_primitive, np.concatenate(rows), light_of_emitter
+        built,
+        sensor,
+        sampler_of(sensor, scene),
+        first_row,
+        per_primitive,
+        np.concatenate(rows),
+        lights_of_emitters(built, scene),
     )
+
+
+def sampler_of(sensor: Any, scene: Scene) -> Any:
+    """A sampler of a built sensor, with as many samples as the scene's settings say."""
+    sampler = sensor.sampler().clone()
+    sampler.set_sample_count(scene.settings.spp)
+    return sampler
+
+
+def lights_of_emitters(built: Any, scene: Scene) -> NDArray[np.uint32]:
+    """The light row of each emitter of a built scene, by Dr.Jit pointer; their ids are `light-` and the node."""
+    import mitsuba as mi
+
+    row_of_id = {f"light-{light.node}": row for row, light in enumerate(scene.lights)}
+    rows = {pointer_of(mi.EmitterPtr(emitter)): row_of_id[emitter.id()] for emitter in built.emitters()}
+    table = np.zeros(max(rows) + 1, dtype=np.uint32)
+    table[list(rows)] = list(rows.values())
+    return table
 
 
 def _parts(state: Any) -> list[Any]:
@@ -160,7 +177,7 @@ def _join(shapes: list[_Rows]) -> list[_Rows]:
     return kept
 
 
-def _pointer(pointer: Any) -> int:
+def pointer_of(pointer: Any) -> int:
     """The number under which Dr.Jit knows an object inside vectorised code."""
     import drjit as dr
     import mitsuba as mi

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, Chunk, Log, lanes_per_pixel
-from fluorspar.paths.tracing.trace_scene import TraceScene
 from fluorspar.scene.settings import UNLIMITED, Settings
 
 __all__ = ["SURVIVAL", "Spread", "Tracer", "camera_ray", "mis", "two"]
@@ -66,7 +65,7 @@ class Tracer:
 
     Parameters
     ----------
-    scene : TraceScene
+    scene : TraceScene, or what a derived class reads
         Geometry with lights of unit spectrum.
     settings : Settings
         Size, samples and depths.
@@ -86,10 +85,10 @@ class Tracer:
         self.survival = mi.Float(np.asarray(survival, dtype=np.float32))
         self._longest_lane = -(-settings.spp // lanes_per_pixel(settings.spp))  # in samples
         self._room = _ROOM
-        if isinstance(scene, TraceScene):
-            self._read_rows(scene)
+        self.read_scene(scene)
 
-    def _read_rows(self, scene: TraceScene) -> None:
+    def read_scene(self, scene: Any) -> None:
+        """Give the tables of the scene to Dr.Jit."""
         self.first_row_of_shape = mi.UInt32(scene.first_row_of_shape)
         self.rows_per_primitive = mi.UInt32(scene.rows_per_primitive)
         self.rows = mi.UInt32(scene.rows)

@@ -14,7 +14,7 @@ from fluorspar.scene.lobes.rows import Coated, Luminescence, Reflection
 from fluorspar.scene.lobes.side import Side, Spectral
 from fluorspar.scene.lobes.table import LobeTable
 from fluorspar.scene.nodes import copy_nodes
-from fluorspar.scene.plugin import COAT
+from fluorspar.scene.plugin import COAT, coat_plugin
 
 __all__ = ["fluorescent"]
 
@@ -65,7 +65,7 @@ def _coated(table: LobeTable, index: int, side: Side, whole: Spectral, coat: dic
     """A fluorescent base under the coat of a plastic, smooth or rough."""
     key = index, "coated"
     check_index(coat, side.where)
-    plugin = "roughplastic" if "alpha" in coat or "distribution" in coat else "plastic"
+    plugin = coat_plugin(coat)
     table.edit(index, dict(coat), plugin=plugin)
     if key not in table.read:
         r = internal_reflectance({"type": plugin, **coat}, side.where)

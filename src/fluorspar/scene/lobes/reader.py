@@ -89,10 +89,8 @@ class LobeReader(LobeTable):
             self.replaced[shape] = twosided
             front, back = lobes, lobes if twosided else []
         elif bsdf is None:
-            front, back = (
-                [] if emits else [self.default().lobe(0)],
-                [],
-            )  # in Mitsuba a lamp without a BSDF is black
+            # In Mitsuba a lamp without a BSDF is black.
+            front, back = [] if emits else [self.default().lobe(0)], []
         else:
             nested = sides_of(self.state, bsdf, where) if twosided else [bsdf]
             self._bsdfs.setdefault(bsdf, f"BSDF {label(nodes[bsdf], bsdf)} of {where}")
@@ -205,9 +203,12 @@ _PLUGINS: dict[str, Callable[[LobeReader, int, Side], None]] = {
 }
 
 
-def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
-    """Whether a scene has a surface that is not matte, or not of one spectrum."""
+_TEXTURES = {"bitmap", "checkerboard", MESH_ATTRIBUTE}
+_MATTE = {"diffuse", FLUORESCENT, "twosided"}
 
+
+def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
+    """Whether a scene has a surface that is not matte, or not of one spectrum, or a light that varies."""
     for index, node in enumerate(state.nodes):
         if kind(node) == "Emitter" and varies(state, index):
             return True
@@ -216,18 +217,11 @@ def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
         for _, bsdf in children(state, index):
             if kind(state.nodes[bsdf]) != "BSDF":
                 continue
-            plugins = [state.nodes[part].props.plugin_name() for part in (bsdf, *below(state, bsdf))]
-            names = {name for part in (bsdf, *below(state, bsdf)) for name in state.nodes[part].props.keys()}  # noqa: SIM118
+            parts = [state.nodes[part] for part in (bsdf, *below(state, bsdf))]
+            plugins = {part.props.plugin_name() for part in parts}
+            names = {name for part in parts for name in part.props.keys()}  # noqa: SIM118 (not a dict)
+            bsdfs = {part.props.plugin_name() for part in parts if kind(part) == "BSDF"}
             coated = FLUORESCENT in plugins and names & set(COAT)
-            if coated or set(plugins) & _TEXTURES or _is_general(state, bsdf):
+            if coated or plugins & _TEXTURES or bsdfs - _MATTE:
                 return True
     return False
-
-
-_TEXTURES = {"bitmap", "checkerboard", MESH_ATTRIBUTE}
-
-
-def _is_general(state: Any, bsdf: int) -> bool:
-    """Whether a BSDF, or one that it holds, is none of the matte ones."""
-    nested = (i for i in (bsdf, *below(state, bsdf)) if kind(state.nodes[i]) == "BSDF")
-    return any(state.nodes[i].props.plugin_name() not in ("diffuse", FLUORESCENT, "twosided") for i in nested)
