@@ -128,7 +128,7 @@ def test_the_callers_threads_stay(scene: Scene) -> None:
 
 def test_normals_that_a_mesh_lacks(tmp_path: Path) -> None:
     """Mitsuba computes them; with several threads the last bit of a sum was another each time."""
-    trimesh.creation.icosphere(subdivisions=5).export(tmp_path / "ball.ply")
+    trimesh.creation.icosphere(subdivisions=6).export(tmp_path / "ball.ply")
     text = furnace(9, 7).replace(
         "</scene>",
         """<shape type="ply" id="ball">
