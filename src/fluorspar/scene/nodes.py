@@ -140,7 +140,39 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str],
             message("this is not a scene", where=where, expected="a top-level element of type 'scene'")
         )
     _refuse_built_objects(state, where)
+    if any(node.props.plugin_name() == "blendbsdf" for node in state.nodes):
+        _unshare_parts(state)
     return state
+
+
+def _unshare_parts(state: Any) -> None:
+    """Give blends copies of BSDFs that others hold too: in each a part may need another channel of the probe."""
+    import mitsuba as mi
+
+    held = set()
+    for index in range(len(state.nodes)):
+        for key, child in list(children(state, index)):
+            if kind(state.nodes[child]) != "BSDF":
+                continue
+            if child in held and state.nodes[index].props.plugin_name() == "blendbsdf":
+                state.nodes[index].props[key] = mi.Properties.ResolvedReference(_copied(state, child))
+            held.add(child)
+
+
+def _copied(state: Any, index: int) -> int:
+    """The number of a copy of a BSDF node, with copies of the BSDFs that it holds."""
+    import mitsuba as mi
+
+    inner = {
+        key: _copied(state, child)
+        for key, child in children(state, index)
+        if kind(state.nodes[child]) == "BSDF"
+    }
+    state.nodes.append(state.nodes[index])
+    number = len(state.nodes) - 1
+    for key, child in inner.items():
+        state.nodes[number].props[key] = mi.Properties.ResolvedReference(child)
+    return number
 
 
 def _refuse_none(entries: dict[str, Any], where: str) -> None:

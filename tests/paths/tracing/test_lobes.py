@@ -9,7 +9,7 @@ from fluorspar import load_scene
 from fluorspar.errors import ApproximationWarning
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import LOBE_VARIANTS
-from fluorspar.scene.lobes.lobe import operate
+from fluorspar.scene.lobes.lobe import REST, Lobes, operate
 from fluorspar.scene.lobes.rows import Metal
 from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import use_variant
@@ -24,12 +24,14 @@ TINT = {"type": "spectrum", "value": [(400, 0.9), (550, 0.5), (700, 0.8)]}
 COLOUR = {"type": "rgb", "value": [0.2, 0.5, 0.8]}
 
 
-def scene_with(bsdf):
+def scene_with(bsdf, named=None, others=None):
     return {
         "type": "scene",
+        **(named or {}),
         "sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 8, "height": 8}},
         "light": {"type": "constant"},
         "shape": {"type": "sphere", "bsdf": bsdf},
+        **(others or {}),
     }
 
 
@@ -55,9 +57,9 @@ def interaction(mi, dr, scene, wi, uv):
     return si
 
 
-def sums_of_lobes(bsdf):
+def sums_of_lobes(bsdf, **around):
     """Value for wo, sampled weight times density, sampled wo, type and density; spectra of shape (COUNT, 4)."""
-    job = RenderJob.of(scene_with(bsdf), wavelengths=GRID)
+    job = RenderJob.of(scene_with(bsdf, **around), wavelengths=GRID)
     lobes = job.scene.lobes
     assert lobes is not None
     spectra = np.array([matrix.reflectance for matrix in job.scene.matrices(GRID)])
@@ -89,13 +91,13 @@ def sums_of_lobes(bsdf):
         return found, sent, np.array(bs.wo).T, np.array(bs.sampled_type), pdf
 
 
-def sums_of_stock(bsdf, sampled_wo):
+def sums_of_stock(bsdf, sampled_wo, **around):
     wi, wo, uv, random = geometry(None)
     with use_variant("llvm_ad_spectral"):
         import drjit as dr
         import mitsuba as mi
 
-        scene = mi.load_dict(scene_with(bsdf))
+        scene = mi.load_dict(scene_with(bsdf, **around))
         si = interaction(mi, dr, scene, wi, uv)
         si.wavelengths = mi.Spectrum(*(float(w) for w in GRID.values))
         context, plugin = mi.BSDFContext(), si.bsdf()
@@ -113,9 +115,9 @@ def sums_of_stock(bsdf, sampled_wo):
         )
 
 
-def check(bsdf, tolerance=1e-6):
-    found, sent, wo, kind, pdf = sums_of_lobes(bsdf)
-    value, of_sample, stock_kind, of_stock_sample, stock_wo = sums_of_stock(bsdf, wo)
+def check(bsdf, tolerance=1e-6, **around):
+    found, sent, wo, kind, pdf = sums_of_lobes(bsdf, **around)
+    value, of_sample, stock_kind, of_stock_sample, stock_wo = sums_of_stock(bsdf, wo, **around)
 
     def error(ours, stock):
         return np.max(np.abs(ours - stock) / (np.abs(stock) + 1), initial=0.0)
@@ -191,8 +193,22 @@ PRINCIPLED = {
     "metallic": {"metallic": 0.7, "roughness": 0.3, "anisotropic": 0.5},
     "coat and sheen": {"clearcoat": 0.8, "clearcoat_gloss": 0.4, "sheen": 0.6},
     "flat": {"flatness": 0.5, "roughness": 0.6},
+    "tint of no sheen": {"sheen_tint": 0.8, "roughness": 0.6},
     "glass": {"spec_trans": 0.8, "roughness": 0.3, "eta": 1.5},
 }
+
+
+def test_blends_share_their_parts():
+    """Whatever the order of the parts, and whatever else is beside one."""
+    parts = {"a": PAINT, "b": TINT, "c": COLOUR}
+    named = {name: {"type": "diffuse", "id": name, "reflectance": value} for name, value in parts.items()}
+    blends = [
+        {"type": "blendbsdf", "weight": 0.3, **{part: {"type": "ref", "id": part} for part in pair}}
+        for pair in ("ab", "ca", "cb")
+    ]
+    for blend in blends:  # of which the one that is checked is on the first sphere
+        others = {f"other {number}": {"type": "sphere", "bsdf": bsdf} for number, bsdf in enumerate(blends)}
+        check(blend, named=named, others=others)
 
 
 @pytest.mark.parametrize("name", PRINCIPLED)
@@ -223,6 +239,21 @@ def test_texels_are_those_of_the_picture(picture):
         bitmap = {"type": "bitmap", "filename": picture, "filter_type": filter_type}
         check({"type": "diffuse", "reflectance": bitmap}, tolerance=1e-5)
         check({"type": "roughplastic", "diffuse_reflectance": bitmap}, tolerance=1e-5)
+    nearest = {"type": "bitmap", "filename": picture, "filter_type": "nearest"}
+    check({"type": "roughplastic", "diffuse_reflectance": nearest, "nonlinear": True}, tolerance=1e-5)
+
+
+def test_the_brightest_value_of_a_texel():
+    rng = np.random.default_rng(2)
+    # Parabolas with their vertex at, beside and far from visible light, up and down, and none.
+    vertex, width, top = rng.uniform(200, 1000, 300), rng.uniform(20, 300, 300), rng.uniform(-3, 3, 300)
+    a = np.where(rng.random(300) < 0.1, 0, rng.choice([-1, 1], 300) / width**2)
+    colours = np.stack([a, -2 * a * vertex, a * vertex**2 + top], axis=1).astype(np.float32)
+    everywhere = np.linspace(360, 830, 4701)
+    for operation in (0.0, REST, 0.6):  # S itself, the rest, and under a coat
+        texels = np.concatenate([colours, np.full((300, 1), operation, np.float32)], axis=1)
+        expected = operate(sigmoid(colours, everywhere), operation).max(axis=1)
+        np.testing.assert_allclose(Lobes(colours=texels).brightest(), expected, atol=2e-5)
 
 
 @pytest.mark.parametrize("bsdf", ["plastic", "roughplastic", "principled"])

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.tracing.trace_scene import lights_of_emitters, pointer_of, sampler_of
+from fluorspar.scene.extent import warn_of_extent
 from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.lobes.lobe import STRAIGHT, DyeMap, Lobe, Lobes
 from fluorspar.scene.lobes.pictures import build_picture
@@ -122,6 +123,7 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
     set_film(state, scene.settings)
     with resolving(*scene.folders):
         built = build(state)
+    warn_of_extent(built)
 
     sky = [emitter for emitter in built.emitters() if emitter.class_name() == "EnvironmentMapEmitter"]
     to_sky = None
