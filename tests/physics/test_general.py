@@ -121,9 +121,10 @@ GROUPS = {
         back='<bsdf type="thindielectric"/>',
     ),
     "metals": scene(
-        """<bsdf type="roughconductor"> <spectrum name="eta" value="400:1.5, 700:0.3"/>
+        f"""<bsdf type="roughconductor"> <spectrum name="eta" value="400:1.5, 700:0.3"/>
             <spectrum name="k" value="400:2, 700:5"/> <float name="alpha_u" value="0.4"/>
-            <float name="alpha_v" value="0.2"/> </bsdf>""",
+            <float name="alpha_v" value="0.2"/> {bitmap("specular_reflectance", "colours.png", to_uv=TURNED)}
+            </bsdf>""",
         GOLD,
         """<bsdf type="conductor"> <string name="material" value="Cu"/>
             <rgb name="specular_reflectance" value="0.9, 0.7, 0.8"/> </bsdf>""",

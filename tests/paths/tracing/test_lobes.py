@@ -9,7 +9,7 @@ from fluorspar import load_scene
 from fluorspar.errors import ApproximationWarning
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import LOBE_VARIANTS
-from fluorspar.scene.lobes.lobe import REST, Lobes, operate
+from fluorspar.scene.lobes.lobe import ANGLES, METAL, REST, Lobes, operate
 from fluorspar.scene.lobes.rows import Metal
 from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import use_variant
@@ -57,6 +57,13 @@ def interaction(mi, dr, scene, wi, uv):
     return si
 
 
+def metal(spectra, operation):
+    """The rows of the metal that a texel is on; NaN if it is on none."""
+    if operation > METAL:
+        return np.full((ANGLES, 4), np.nan)
+    return spectra[(first := int(METAL - operation)) : first + ANGLES]
+
+
 def sums_of_lobes(bsdf, **around):
     """Value for wo, sampled weight times density, sampled wo, type and density; spectra of shape (COUNT, 4)."""
     job = RenderJob.of(scene_with(bsdf, **around), wavelengths=GRID)
@@ -65,7 +72,14 @@ def sums_of_lobes(bsdf, **around):
     spectra = np.array([matrix.reflectance for matrix in job.scene.matrices(GRID)])
     colours = lobes.colours
     of_colours = sigmoid(colours[:, :3], GRID.values)
-    spectra = np.concatenate([spectra, operate(of_colours, colours[:, 3:])])
+    on_metal = np.array(
+        [
+            colour * row
+            for colour, (*_, op) in zip(of_colours, colours, strict=True)
+            for row in metal(spectra, op)
+        ]
+    ).reshape(-1, 4)
+    spectra = np.concatenate([spectra, operate(of_colours, colours[:, 3:]), on_metal])
     wi, wo, uv, random = geometry(None)
     with use_variant(LOBE_VARIANTS["llvm"]):
         import drjit as dr
@@ -84,7 +98,8 @@ def sums_of_lobes(bsdf, **around):
         found, sent = np.zeros((2, COUNT, len(GRID)))
         picks = (np.arange(PICKS) + 0.5) / PICKS if tracer.metallic else [0.5]
         for pick in picks:
-            for row, d, c in tracer.terms_of(si, value, weight, towards, bs, mi.Point2f(pick), mi.Bool(True)):
+            between = mi.Point3f(pick) if tracer.products else mi.Point2f(pick)
+            for row, d, c in tracer.terms_of(si, value, weight, towards, bs, between, mi.Bool(True)):
                 of_row = spectra[np.broadcast_to(np.array(row), COUNT)] / len(picks)
                 found += np.array(d)[:, np.newaxis] * of_row
                 sent += (np.array(c) * pdf)[:, np.newaxis] * of_row
@@ -268,6 +283,18 @@ def test_of_an_interpolated_texture_that_is_not_used_linearly_is_warned_once(pic
     with pytest.warns(ApproximationWarning, match="not linear") as warned:
         load_scene(scene_with(bilinear) | {"other": {"type": "sphere", "bsdf": bilinear}})
     assert len(warned) == 1
+
+
+def test_a_metal_with_a_texture(picture):
+    bitmap = {"type": "bitmap", "filename": picture}
+    check({"type": "conductor", "material": "Au", "specular_reflectance": bitmap}, tolerance=3e-4)
+    with use_variant("scalar_rgb"):
+        import mitsuba as mi
+
+        to_uv = mi.ScalarTransform4f().scale([1.7, 2.3, 1])
+    board = {"type": "checkerboard", "color0": PAINT, "color1": TINT, "to_uv": to_uv}
+    rough = {"type": "roughconductor", "eta": 1.2, "k": 4.0, "alpha": 0.3}
+    check({**rough, "specular_reflectance": board}, tolerance=3e-4)
 
 
 @pytest.mark.parametrize("wrap", ["repeat", "mirror", "clamp"])

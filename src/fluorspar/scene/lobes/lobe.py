@@ -18,10 +18,12 @@ from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [
+    "ANGLES",
     "CHANNELS",
     "DARK",
     "FULL",
     "HALF",
+    "METAL",
     "PLAIN",
     "REST",
     "STRAIGHT",
@@ -35,11 +37,16 @@ __all__ = [
 ]
 
 CHANNELS = 3  # colour channels of a probe
+ANGLES = 65
+"""Angles for which a conductor has rows; with linear interpolation between them the error is below 3e-4."""
 STRAIGHT = 3  # in place of a channel: light that goes straight through, which no probe colours
 _TEXELS_AT_A_TIME = 1 << 16
 
 PLAIN, REST, DARK, HALF, FULL = 0.0, -1.0, -2.0, -3.0, -4.0
 """What `operate` makes of S: S; 1 - S; the three of Lagrange's polynomials in the root of S for 0, 1/2 and 1."""
+
+METAL = -5.0
+"""From here on down: S times one of `ANGLES` rows, the first of which is `METAL` less the operation."""
 
 
 def operate(S: NDArray[np.floating], operation: NDArray[np.floating] | float) -> NDArray[np.float64]:
@@ -50,7 +57,7 @@ def operate(S: NDArray[np.floating], operation: NDArray[np.floating] | float) ->
     S : ndarray
     operation : ndarray or float
         One of the numbers above, or r > 0: S (1 - r) / (1 - r S), the base of a nonlinear plastic whose coat reflects
-        the share r back.
+        the share r back. Of a metal's, S alone.
 
     Returns
     -------
@@ -119,13 +126,15 @@ class Lobe:
     channel : int
         Channel of the probe that tells its coefficient, or `STRAIGHT`.
     row : int
-        Its first row: of `Lobes.rows`, or, from their number on, of `Lobes.colours`.
+        Its first row: of `Lobes.rows`, or, from their number on, of `Lobes.colours`. Behind these each colour has
+        `angles` rows more, where it is a metal's.
     unit : float
         What the channel says where the coefficient is 1.
     texture : int
         Number in `Lobes.textures`; -1: the same row everywhere.
     angles : int
-        Rows for so many angles of reflection, even in the root of the cosine of the half angle (conductors); 0: one.
+        Rows for so many angles of reflection, even in the root of the cosine of the half angle (conductors), for each
+        texel of a texture; 0: one.
     """
 
     channel: int
