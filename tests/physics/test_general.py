@@ -140,6 +140,21 @@ GROUPS = {
             <lookat origin="1, 2, 2" target="-0.3, 0, 0" up="0, 1, 0"/> </transform>
             <rgb name="intensity" value="3, 5, 4"/> </emitter>""",
     ),
+    "projected": scene(
+        PLASTIC,
+        GREY,
+        GREY,
+        lights=f"""<emitter type="projector"> {bitmap("irradiance", "colours.png")} {number("scale", 1.5)}
+            {number("fov", 50)} <transform name="to_world"> <lookat origin="0.5, 1.5, 3" target="0, 0.4, 0"
+            up="0.1, 1, 0"/> </transform> </emitter>
+            <emitter type="spot"> {bitmap("texture", "colours.png", filter_type="nearest", to_uv=TURNED)}
+            <transform name="to_world"> <lookat origin="-1, 2, 2" target="0, 0, 0" up="0, 1, 0"/> </transform>
+            <rgb name="intensity" value="3, 5, 4"/> {number("cutoff_angle", 30)} </emitter>
+            <emitter type="spot"> {bitmap("texture", "grey.png")} {number("intensity", 4)}
+            <transform name="to_world"> <lookat origin="1, 2, 2" target="0.3, 0, 0" up="0, 1, 0"/> </transform>
+            </emitter>"""
+        + CONSTANT,
+    ),
     "principled": scene(
         f"""<bsdf type="principled"> {bitmap("base_color", "colours.png")} {number("roughness", 0.4)}
             {number("specular", 0.7)} {number("sheen", 0.5)} </bsdf>""",

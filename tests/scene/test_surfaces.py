@@ -289,7 +289,7 @@ class TestLights:
         with pytest.raises((SceneError, SpectrumError), match="negat"):
             scene(a={"type": "point", "intensity": lamp})
 
-    @pytest.mark.parametrize("plugin", ["projector", "sunsky"])
+    @pytest.mark.parametrize("plugin", ["directionalarea", "sunsky"])
     def test_unsupported(self, plugin: str) -> None:
         with pytest.raises(SceneError, match=f"'{plugin}' is not supported"):
             scene(light=False, a={"type": plugin})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,6 +71,9 @@ class LobeScene:
         Light row of its environment map, -1 if it has none.
     to_sky : ndarray of shape (3, 3), optional
         Turns directions of the scene to those of its environment map.
+    beams : mapping of int to ndarray of shape (3, 3)
+        By light row of spots with a picture: turns directions towards them to (x, y, z), for which the place on the
+        picture is (1 + x / z) / 2, (1 + y / z) / 2.
     """
 
     mitsuba_scene: Any
@@ -83,6 +87,7 @@ class LobeScene:
     lights: int
     sky_row: int
     to_sky: NDArray[np.float64] | None
+    beams: Mapping[int, NDArray[np.float64]]
 
 
 def build_lobe_scene(scene: Scene) -> LobeScene:
@@ -93,13 +98,23 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
     assert lobes is not None
     state = copy_nodes(scene.nodes)
     nodes = state.nodes
-    for light in scene.lights:
+    beams = {}
+    for row, light in enumerate(scene.lights):
         props = nodes[light.node].props
         if light.node in lobes.skies:
             del props["filename"]
             props["bitmap"] = mi.Bitmap(np.repeat(lobes.skies[light.node][..., np.newaxis], 3, axis=2))
+        elif light.plugin == "projector":
+            texture = lobes.textures[lobes.light_textures[row][0]]
+            for name in {"irradiance", "scale"} & set(props.keys()):
+                del props[name]
+            white = mi.Bitmap(np.ones((texture.height, texture.width, 3), np.float32))
+            props["irradiance"] = mi.load_dict({"type": "bitmap", "bitmap": white, "raw": True})
         else:
             give_spectrum(props, light, 1.0)
+            if light.plugin == "spot" and "texture" in props:
+                beams[row] = _to_picture(props)
+                del props["texture"]
         props.set_id(f"light-{light.node}")
     apply_edits(state, lobes.edits)
     with resolving(*scene.folders):
@@ -151,7 +166,15 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         len(scene.lights),
         int(light_of_emitter[pointer_of(mi.EmitterPtr(sky[0]))]) if sky else -1,
         to_sky,
+        beams,
     )
+
+
+def _to_picture(spot: Any) -> NDArray[np.float64]:
+    """See `LobeScene.beams`."""
+    edge = np.tan(np.radians(spot.get("cutoff_angle", 20.0)))
+    to_world = np.array(spot["to_world"].matrix) if "to_world" in spot else np.eye(4)
+    return np.asarray(-np.linalg.inv(to_world)[:3, :3] / [[edge], [edge], [1.0]])
 
 
 def _dye_map(state: Any, dye: DyeMap) -> Any:

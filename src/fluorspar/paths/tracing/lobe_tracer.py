@@ -81,11 +81,11 @@ class LobeTracer(Tracer):
         if not self.varying:
             return row
         texture = dr.gather(mi.Int32, self.light_texture, row, active)
+        for beam, to_picture in self.scene.beams.items():
+            x, y, z = _turned(to_picture, direction)
+            uv = dr.select(row == beam, mi.Point2f(0.5 + 0.5 * x / z, 0.5 + 0.5 * y / z), uv)
         if self.scene.to_sky is not None:
-            x, y, z = (
-                sum((float(a) * b for a, b in zip(line, direction, strict=True)), mi.Float(0))
-                for line in self.scene.to_sky
-            )
+            x, y, z = _turned(self.scene.to_sky, direction)
             away = mi.Point2f(dr.atan2(x, -z) * dr.inv_two_pi, dr.safe_acos(y) * dr.inv_pi)
             uv = dr.select(row == self.scene.sky_row, away, uv)
         texel = _texel(self, texture, uv, two(rng), active)
@@ -274,6 +274,11 @@ def _trace(
         "inc": rng.inc,
     }
     return used, stopped
+
+
+def _turned(matrix: Any, direction: Any) -> Any:
+    """A matrix of numbers times a direction."""
+    return (sum((float(a) * b for a, b in zip(line, direction, strict=True)), mi.Float(0)) for line in matrix)
 
 
 def _of_channel(colour: Any, channel: Any) -> Any:
