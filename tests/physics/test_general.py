@@ -155,6 +155,23 @@ GROUPS = {
             </emitter>"""
         + CONSTANT,
     ),
+    "copies": scene(
+        GREY,
+        PLASTIC,
+        "<ref id='gold'/>",
+        lights=CONSTANT
+        + WHITE_LAMP
+        + f"""{GOLD.replace(">", " id='gold'>", 1)} <shape type="shapegroup" id="group">
+            <shape type="sphere"> <float name="radius" value="0.2"/> <point name="center" x="0" y="0.2" z="0"/>
+            <bsdf type="plastic"> {bitmap("diffuse_reflectance", "colours.png")} </bsdf> </shape>
+            <shape type="cube"> <transform name="to_world"> <scale value="0.15"/> <translate x="0.1" y="0.5"/>
+            </transform> <ref id="gold"/> </shape> </shape>"""
+        + "".join(
+            f"""<shape type="instance"> <ref id="group"/> <transform name="to_world"> <rotate y="1" angle="{turn}"/>
+                <scale value="{size}"/> <translate x="{x}" z="1"/> </transform> </shape>"""
+            for turn, size, x in ((0, 1.5, -0.5), (40, 2, 0.7))
+        ),
+    ),
     "principled": scene(
         f"""<bsdf type="principled"> {bitmap("base_color", "colours.png")} {number("roughness", 0.4)}
             {number("specular", 0.7)} {number("sheen", 0.5)} </bsdf>""",

@@ -150,7 +150,11 @@ def test_a_picture_that_changes_is_said(name: str, tmp_path: Path) -> None:
         pickle.loads(pickled).nodes  # noqa: B018 (it is read again)
 
 
-def test_points_are_measured_where_a_ray_meets_the_scene(scene: Scene, tmp_path: Path) -> None:
+def test_points_are_measured_where_a_ray_meets_the_scene(tmp_path: Path) -> None:
+    parts = room(tmp_path)
+    group = {"type": "shapegroup", "id": "group", "wall": parts.pop("wall")}
+    copy = {"type": "instance", "group": {"type": "ref", "id": "group"}}
+    scene = load_scene(parts | {"group": group, "copy": copy})
     (tmp_path / "points.csv").write_text("point,x,y\n1,4,3\n2,8,6\n")
     measured = fluorspar.measure(fluorspar.render(scene, spp=4), tmp_path / "points.csv", scene=scene)
     assert np.isfinite(measured.luminance()).all()

@@ -24,6 +24,7 @@ __all__ = [
     "build",
     "children",
     "copy_nodes",
+    "grouped",
     "kind",
     "label",
     "parse_scene",
@@ -241,6 +242,12 @@ def below(state: Any, index: int) -> Iterator[int]:
     for _, child in children(state, index):
         yield child
         yield from below(state, child)
+
+
+def grouped(state: Any) -> dict[int, int]:
+    """The group of each shape that is in one, a `shapegroup`, of which `instance` makes copies."""
+    groups = [i for i, node in enumerate(state.nodes) if node.props.plugin_name() == "shapegroup"]
+    return {shape: group for group in groups for _, shape in children(state, group)}
 
 
 def sides_of(state: Any, index: int, where: str) -> list[int]:

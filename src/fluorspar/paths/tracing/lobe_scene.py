@@ -15,7 +15,7 @@ from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.lobes.lobe import STRAIGHT, DyeMap, Lobe, Lobes
 from fluorspar.scene.lobes.pictures import build_picture
 from fluorspar.scene.lobes.probes import apply_edits
-from fluorspar.scene.nodes import build, children, copy_nodes, kind, label, resolving
+from fluorspar.scene.nodes import build, children, copy_nodes, grouped, kind, label, resolving
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import set_film
 
@@ -137,6 +137,7 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
             del nodes[0].props[key]
     set_film(state, scene.settings)
     with resolving(*scene.folders):
+        copied = _build_groups(state)
         built = build(state)
     warn_of_extent(built)
 
@@ -147,7 +148,7 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         to_sky = np.linalg.inv(to_world)[:3, :3].astype(np.float64)
     terms = lobes.terms
     sides: list[list[tuple[Lobe, bool, bool]]] = [[]]
-    pointers = {shape.id(): pointer_of(mi.ShapePtr(shape)) for shape in built.shapes()}
+    pointers = {shape.id(): pointer_of(mi.ShapePtr(shape)) for shape in [*built.shapes(), *copied]}
     first_of_shape = np.zeros(max(pointers.values(), default=0) + 1, dtype=np.uint32)
     for surface in scene.surfaces:
         first_of_shape[pointers[f"surface-{surface.node}"]] = len(sides)
@@ -168,6 +169,27 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         to_sky,
         beams,
     )
+
+
+def _build_groups(state: Any) -> list[Any]:
+    """Build the shapes of all groups and put them into their nodes: a built group does not say what it holds."""
+    nodes = state.nodes
+    shapes: list[Any] = []
+    bsdfs: dict[int, Any] = {}  # each once, with its pictures
+    for shape, group in grouped(state).items():
+        for key, child in list(children(state, shape)):
+            if kind(nodes[child]) == "BSDF":
+                bsdfs[child] = bsdfs.get(child) or build(state, child)
+                _put(nodes[shape], key, bsdfs[child])
+        shapes.append(build(state, shape))
+        key = next(key for key, child in children(state, group) if child == shape)
+        _put(nodes[group], key, shapes[-1])
+    return shapes
+
+
+def _put(node: Any, key: str, built: Any) -> None:
+    del node.props[key]
+    node.props[key] = built
 
 
 def _to_picture(spot: Any) -> NDArray[np.float64]:

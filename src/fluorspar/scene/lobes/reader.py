@@ -222,9 +222,11 @@ _MATTE = {"diffuse", FLUORESCENT, "twosided"}
 
 
 def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
-    """Whether a scene has a surface that is not matte, or not of one spectrum, or a light that varies."""
+    """Whether a scene has a surface that is not matte, or not of one spectrum, copies, or a light that varies."""
     for index, node in enumerate(state.nodes):
         if kind(node) == "Emitter" and varies(state, index):
+            return True
+        if node.props.plugin_name() in ("instance", "shapegroup"):
             return True
         if kind(node) != "Shape" or node.props.id() in overrides:
             continue
