@@ -58,15 +58,10 @@ class LobeTracer(Tracer):
             self.grids = mi.UInt32(np.array(kinds, dtype=np.uint32).ravel())
         self.meshes = MeshColours(scene) if any(t.mesh >= 0 for t in textures) else None
 
-    def first_state(self) -> dict[str, Any]:
+    def first_state(self, lanes: int) -> dict[str, Any]:
         """What the loop carries besides the ray, where a path begins."""
-        return {
-            "previous": mi.Point3f(0),
-            "pdf": mi.Float(_CERTAIN),
-            "throughput": mi.Float(1),
-            "eta": mi.Float(1),
-            "depth": mi.UInt32(0),
-        }
+        certain, one = dr.full(mi.Float, _CERTAIN, lanes), dr.ones(mi.Float, lanes)
+        return {**super().first_state(lanes), "pdf": certain, "eta": one}
 
     def run(
         self, spread: Spread | None, log: dict[str, Any], height: Any, state: dict[str, Any]
@@ -186,7 +181,8 @@ def _trace(
     slot = lane // BLOCK * (height * BLOCK) + lane % BLOCK
     used = mi.UInt32(0)
     context = mi.BSDFContext()
-    per_term = dr.width(log["sampled"])
+    # Opaque: it follows the number of lanes and the height of strips, and would mean a new kernel for each.
+    per_term = dr.opaque(mi.UInt32, dr.width(log["sampled"]))
 
     while (left > 0) & (used < height):
         ray = mi.Ray3f(o, d)
