@@ -128,6 +128,26 @@ def test_another_process_renders_the_same(scene: Scene, tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.fromfile(tmp_path / "image", np.float32), expected.ravel())
 
 
+def test_a_scene_is_built_once_for_its_renders(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fluorspar.scene import nodes
+
+    built = []
+    monkeypatch.setattr(
+        "fluorspar.scene.nodes.copy_nodes",
+        lambda state, copy=nodes.copy_nodes: built.append(0) or copy(state),
+    )
+    first = fluorspar.render(scene, spp=2, wavelengths="400:700:50", seed=1)
+    once = len(built)
+    again = fluorspar.render(scene, spp=2, wavelengths="400:700:50", seed=1)
+    fluorspar.render(scene, spp=5, wavelengths="400:700:100", max_depth=3)
+    assert len(built) == once > 0
+    np.testing.assert_array_equal(first.dataset.radiance, again.dataset.radiance)
+    wider = fluorspar.render(scene, spp=2, wavelengths="400:700:100", size=(16, 8)).dataset
+    assert len(built) > once
+    assert wider.sizes["x"] == 16
+    assert len(pickle.dumps(scene)) < 1e6
+
+
 def test_kept_paths_give_the_image_and_other_wavelengths(scene: Scene) -> None:
     paths = fluorspar.trace(scene, spp=4, wavelengths="400:700:50")
     again = fluorspar.render(scene, spp=4, wavelengths="400:700:50").dataset.radiance

@@ -268,7 +268,7 @@ def test_the_brightest_value_of_a_texel():
     for operation in (0.0, REST, 0.6):  # S itself, the rest, and under a coat
         texels = np.concatenate([colours, np.full((300, 1), operation, np.float32)], axis=1)
         expected = operate(sigmoid(colours, everywhere), operation).max(axis=1)
-        np.testing.assert_allclose(Lobes(colours=texels).brightest(), expected, atol=2e-5)
+        np.testing.assert_allclose(Lobes(colours=texels).brightest, expected, atol=2e-5)
 
 
 @pytest.mark.parametrize("bsdf", ["plastic", "roughplastic", "principled"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -91,7 +91,13 @@ class LobeScene:
 
 
 def build_lobe_scene(scene: Scene) -> LobeScene:
-    """Build the scene in the variant that is set, at the size and samples of `scene.settings`."""
+    """Build the scene in the variant that is set, at the size and samples of `scene.settings`; the last is kept."""
+    built: LobeScene = scene.made(_built)
+    warn_of_extent(built.mitsuba_scene)
+    return replace(built, sampler=sampler_of(built.sensor, scene))
+
+
+def _built(scene: Scene) -> LobeScene:
     import mitsuba as mi
 
     lobes = scene.lobes
@@ -139,7 +145,6 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
     with resolving(*scene.folders):
         copied = _build_groups(state)
         built = build(state)
-    warn_of_extent(built)
 
     sky = [emitter for emitter in built.emitters() if emitter.class_name() == "EnvironmentMapEmitter"]
     to_sky = None

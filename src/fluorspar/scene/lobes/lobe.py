@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -272,20 +273,22 @@ class Lobes:
         nothing = DonaldsonMatrix(grid, np.zeros(len(grid)), stokes=stokes)
         return [row.more_on(grid, stokes=stokes) if hasattr(row, "more_on") else nothing for row in self.rows]
 
-    def brightest(self) -> NDArray[np.float64]:
+    @cached_property
+    def brightest(self) -> NDArray[np.float32]:
         """Largest value of the spectrum of each texel, ndarray of shape (texels,).
 
         A spectrum is extreme at the ends of the range and at the vertex of its parabola, and nowhere else. What is
         made of it by the operations of a square root may be larger in between; roulette is then less apt, not wrong.
         """
-        most = np.zeros(len(self.colours))
+        most = np.zeros(len(self.colours), np.float32)
         for first in range(0, len(most), _TEXELS_AT_A_TIME):
             part = slice(first, first + _TEXELS_AT_A_TIME)
-            a, b, c, operation = self.colours[part].T.astype(np.float64)
-            vertex = np.clip(-b / np.where(a == 0, np.inf, 2 * a), 360, 830)
-            for wavelength in (360.0, 830.0, vertex):
+            a, b, c, operation = np.ascontiguousarray(self.colours[part].T)
+            half = np.float32(0.5)
+            vertex = np.clip(-b / np.where(a == 0, np.float32(np.inf), 2 * a), 360, 830)
+            for wavelength in (np.float32(360), np.float32(830), vertex):
                 x = (a * wavelength + b) * wavelength + c
-                S = 0.5 + 0.5 * x / np.sqrt(1 + x * x)
+                S = half + half * x / np.sqrt(1 + x * x)
                 value = S if not operation.any() else np.abs(operate(S, operation))
-                np.maximum(most[part], value, out=most[part])
+                np.maximum(most[part], value, out=most[part], casting="same_kind")
         return most
