@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -150,14 +151,16 @@ def _unshare_parts(state: Any) -> None:
     """Give blends copies of BSDFs that others hold too: in each a part may need another channel of the probe."""
     import mitsuba as mi
 
-    held = set()
-    for index in range(len(state.nodes)):
-        for key, child in list(children(state, index)):
-            if kind(state.nodes[child]) != "BSDF":
-                continue
-            if child in held and state.nodes[index].props.plugin_name() == "blendbsdf":
-                state.nodes[index].props[key] = mi.Properties.ResolvedReference(_copied(state, child))
-            held.add(child)
+    parts = [
+        (index, key, child)
+        for index in range(len(state.nodes))
+        for key, child in children(state, index)
+        if kind(state.nodes[child]) == "BSDF"
+    ]
+    holders = Counter(child for _, _, child in parts)
+    for index, key, child in parts:
+        if holders[child] > 1 and state.nodes[index].props.plugin_name() == "blendbsdf":
+            state.nodes[index].props[key] = mi.Properties.ResolvedReference(_copied(state, child))
 
 
 def _copied(state: Any, index: int) -> int:

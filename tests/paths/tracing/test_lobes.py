@@ -224,6 +224,11 @@ def test_blends_share_their_parts():
     for blend in blends:  # of which the one that is checked is on the first sphere
         others = {f"other {number}": {"type": "sphere", "bsdf": bsdf} for number, bsdf in enumerate(blends)}
         check(blend, named=named, others=others)
+    balls = {
+        f"ball {name}": {"type": "sphere", "bsdf": {"type": "ref", "id": name}} for name in (*parts, "blend")
+    }
+    scene = scene_with({"type": "diffuse"}, named=named | {"blend": blends[0] | {"id": "blend"}} | balls)
+    assert [len(front) for front, _ in load_scene(scene).lobes.of_surface.values()] == [1, 1, 1, 2, 1]
 
 
 @pytest.mark.parametrize("name", PRINCIPLED)
