@@ -226,7 +226,7 @@ def _put_colour(path: Any, to: int, tables: Any, number: int, width: int) -> Non
     """Put the spectrum of a texel into the path, with what a lobe makes of it; see `operate`."""
     angle = np.int64(-1)
     if number >= len(tables.colours):  # of a metal
-        angle = (number - len(tables.colours)) % ANGLES
+        angle = np.int64((number - len(tables.colours)) % ANGLES)
         number = (number - len(tables.colours)) // ANGLES
     c0, c1, c2, operation = tables.colours[number]
     colour(path.own, tables, to, width, c0, c1, c2)
