@@ -102,9 +102,9 @@ class Workspace:
                 return kept
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always", FluorsparWarning)
-                made = source.image(view.relight, coarse, kept, progress)
-            texts = [str(each.message) for each in caught if issubclass(each.category, FluorsparWarning)]
-            made.add_notes([*(kept.notes if kept else ()), *texts])
+                made = source.image(view.relight, coarse, progress)
+            texts = (str(each.message) for each in caught if issubclass(each.category, FluorsparWarning))
+            made.notes = tuple(dict.fromkeys(texts))
             return self._cache.put(key, made)
 
     def white(self, view: View) -> Array | None:
