@@ -10,7 +10,6 @@ from fluorspar.image.dataset import UNITS
 from fluorspar.job import RenderJob
 from fluorspar.paths.light_paths import LightPaths
 from fluorspar.progress import Progress
-from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.view.kept_image import KeptImage
 from fluorspar.view.questions import Relight
 from fluorspar.view.relighting import changes_of
@@ -19,10 +18,9 @@ from fluorspar.view.sources import component_facts
 from fluorspar.view.supplies import Supplies
 from fluorspar.view.turns import Turns
 
-__all__ = ["NotTraced", "PathsSource", "coarse_grid"]
+__all__ = ["NotTraced", "PathsSource"]
 
-_COARSE_STEP = 20.0  # nm
-_COARSE_SAMPLES = 2**20  # of all pixels: enough to see what a slider does
+_COARSE_SAMPLES = 2**18  # of all pixels: enough to see what a slider does
 
 
 class NotTraced(FluorsparError):
@@ -81,11 +79,10 @@ class PathsSource:
         changes: dict[str, Any] = {}
         if not relight.is_nothing:
             changes = changes_of(self.job.scene, relight, self.supplies)
-        if not coarse:
-            return KeptImage(levels[-1].image(**changes, progress=progress), len(levels))
-        few = next((paths for paths in reversed(levels) if _samples(paths) <= _COARSE_SAMPLES), levels[0])
-        image = few.image(**changes, wavelengths=coarse_grid(self.job.grid), progress=progress)
-        return KeptImage(image, len(levels))
+        if coarse:
+            settings = self.job.scene.settings
+            changes["samples"] = max(1, _COARSE_SAMPLES // (settings.width * settings.height))
+        return KeptImage(levels[-1].image(**changes, progress=progress), len(levels))
 
     def explain_nothing(self) -> None:
         """Say why there is no path."""
@@ -116,20 +113,3 @@ class PathsSource:
 
     def stop(self) -> None:
         """Nothing ends."""
-
-
-def _samples(paths: LightPaths) -> int:
-    settings = paths.job.scene.settings
-    return settings.width * settings.height * settings.spp
-
-
-def coarse_grid(grid: Wavelengths) -> Wavelengths:
-    """A grid from the same first wavelength, in steps of about 20 nm.
-
-    Examples
-    --------
-    >>> coarse_grid(Wavelengths(360, 700, 5))
-    Wavelengths(start=360.0, stop=700.0, step=20.0)
-    """
-    step = grid.step * max(1, round(_COARSE_STEP / grid.step))
-    return Wavelengths(grid.start, grid.start + step * int((grid.stop - grid.start + 1e-6) // step), step)
