@@ -57,6 +57,7 @@ class Workspace:
 
     def start(self) -> None:
         """Begin what goes on in the background."""
+        threading.Thread(target=lambda: self.supplies.menus, name="reading the library", daemon=True).start()
         for source in self.sources.values():
             source.start(self._turns)
 

@@ -1,0 +1,103 @@
+"""A window on an image, on another one, and on light paths, asked without a network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fastapi.testclient import TestClient
+
+import fluorspar
+from fluorspar import LightPaths, SpectralImage, Wavelengths
+from fluorspar.view.app import make_app
+from fluorspar.view.paths_source import PathsSource
+from fluorspar.view.security import Guard
+from fluorspar.view.sources import ImageSource, Source
+from fluorspar.view.supplies import Supplies
+from fluorspar.view.workspace import Workspace
+
+TOKEN = "a-token-that-nobody-knows"
+HOST = "127.0.0.1:8123"
+GRID = Wavelengths(400, 700, 20)
+
+Ask = Callable[..., Any]
+
+
+def image_of(seed: int, *, component_errors: bool = False) -> SpectralImage:
+    """An image of random spectra, 8 x 6 pixels, with standard errors."""
+    random = np.random.default_rng(seed)
+    shape = (7, 6, 8, len(GRID))
+    radiance = random.uniform(0.1, 1.0, shape) * np.linspace(1, 3, 8)[:, np.newaxis]
+    return SpectralImage.from_arrays(
+        radiance,
+        GRID,
+        random.uniform(0.01, 0.02, shape[1:]),
+        {"method": "paths", "spp": 16, "seed": seed},
+        component_standard_error=random.uniform(0.01, 0.02, shape) if component_errors else None,
+    )
+
+
+@pytest.fixture(scope="session")
+def image() -> SpectralImage:
+    return image_of(1)
+
+
+@pytest.fixture(scope="session")
+def other() -> SpectralImage:
+    return image_of(2, component_errors=True)
+
+
+@pytest.fixture(scope="session")
+def paths() -> LightPaths:
+    return fluorspar.trace("cornell-box", size=(16, 16), spp=8, wavelengths="400:700:20")
+
+
+@pytest.fixture
+def workspace(image: SpectralImage, other: SpectralImage, paths: LightPaths) -> Workspace:
+    supplies = Supplies()
+    sources: list[Source] = [ImageSource("box.nc", image), ImageSource("other.nc", other)]
+    return Workspace([*sources, PathsSource("box.paths", paths.job, supplies, (paths,))], supplies)
+
+
+@pytest.fixture
+def client(workspace: Workspace) -> Iterator[TestClient]:
+    app = make_app(workspace, Guard(TOKEN, "127.0.0.1", 8123))
+    with TestClient(app, base_url=f"http://{HOST}/{TOKEN}/", raise_server_exceptions=False) as client:
+        yield client
+
+
+@pytest.fixture
+def ask(client: TestClient) -> Ask:
+    """Ask a question that has an answer; returns it as JSON, or as it is."""
+
+    def answer(path: str, **question: Any) -> Any:
+        response = client.post(f"api/{path}", json=question)
+        assert response.status_code == 200, response.text
+        return response.json() if response.headers["content-type"] == "application/json" else response
+
+    return answer
+
+
+@pytest.fixture
+def refused(client: TestClient) -> Ask:
+    """Ask a question that is refused; returns what is said, without line breaks."""
+
+    def answer(path: str, status: int = 400, **question: Any) -> str:
+        response = client.post(f"api/{path}", json=question)
+        assert response.status_code == status, response.text
+        return " ".join(response.json()["error"].split())
+
+    return answer
+
+
+@pytest.fixture
+def lamp_file() -> bytes:
+    return b"wavelength,value\n300,1\n800,2\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path
