@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import GRID, Ask, image_of
 from numpy.typing import NDArray
 from PIL import Image
+from window_parts import GRID, Ask, image_of
 
 from fluorspar import SpectralImage
 from fluorspar.image.display.appearance import appearance, auto_exposure, show
@@ -72,7 +72,10 @@ def test_a_band_in_false_colour(ask: Ask, image: SpectralImage) -> None:
 def test_maps_of_errors(ask: Ask, image: SpectralImage) -> None:
     error = image.standard_error().values.mean(axis=-1)
     relative = error / image.total().values.mean(axis=-1)
-    for mode, values, unit in (("standard_error", error, "W m-2 sr-1 nm-1"), ("relative_error", relative, "1")):
+    for mode, values, unit in (
+        ("standard_error", error, "W m-2 sr-1 nm-1"),
+        ("relative_error", relative, "1"),
+    ):
         facts = facts_of(ask("picture", source="0", mode=mode))
         assert facts["range"] == pytest.approx([0.0, np.percentile(values, 99)], rel=1e-5)
         assert facts["unit"] == unit
@@ -81,8 +84,12 @@ def test_maps_of_errors(ask: Ask, image: SpectralImage) -> None:
 def test_the_error_of_one_component(ask: Ask, other: SpectralImage) -> None:
     """It is known where the file has it."""
     alone = {name: 0.0 for name in other.components if name != "direct_luminescence"}
-    facts = facts_of(ask("picture", source="1", mode="standard_error", weights=alone | {"direct_luminescence": 2}))
-    error = 2 * other.dataset["component_standard_error"].sel(component="direct_luminescence").mean("wavelength")
+    facts = facts_of(
+        ask("picture", source="1", mode="standard_error", weights=alone | {"direct_luminescence": 2})
+    )
+    error = 2 * other.dataset["component_standard_error"].sel(component="direct_luminescence").mean(
+        "wavelength"
+    )
     assert facts["range"][1] == pytest.approx(float(np.percentile(error, 99)), rel=1e-5)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from conftest import Ask
 from fastapi.testclient import TestClient
+from window_parts import Ask
 
 
 @pytest.mark.parametrize("body", [b"", b"{", b"[]", b'"0"', b"\xff\xfe", b'{"source": "0", "exposure": NaN}'])

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import pytest
-from conftest import HOST, TOKEN
 from fastapi.testclient import TestClient
+from window_parts import HOST, TOKEN
 
 from fluorspar.view.security import MOST_BYTES, Guard
 
 
-@pytest.mark.parametrize("path", ["/", "/api/about", "/wrong/", "/wrong/api/about", f"/{TOKEN}x/", f"/{TOKEN[:-1]}/"])
+@pytest.mark.parametrize(
+    "path", ["/", "/api/about", "/wrong/", "/wrong/api/about", f"/{TOKEN}x/", f"/{TOKEN[:-1]}/"]
+)
 def test_without_the_token_there_is_nothing(client: TestClient, path: str) -> None:
     response = client.get(f"http://{HOST}{path}")
     assert response.status_code == 404
@@ -17,14 +19,17 @@ def test_without_the_token_there_is_nothing(client: TestClient, path: str) -> No
 
 
 @pytest.mark.parametrize(
-    "host", ["evil.example:8123", "127.0.0.1", "127.0.0.1:80", "127.0.0.1:8123.evil.example", "", "a@127.0.0.1:8123"]
+    "host",
+    ["evil.example:8123", "127.0.0.1", "127.0.0.1:80", "127.0.0.1:8123.evil.example", "", "a@127.0.0.1:8123"],
 )
 def test_another_name_of_the_host_is_refused(client: TestClient, host: str) -> None:
     """DNS rebinding: a foreign name that resolves to this computer."""
     assert client.get("api/about", headers={"Host": host}).status_code == 421
 
 
-@pytest.mark.parametrize("origin", ["http://evil.example", "null", "https://127.0.0.1:8123", "http://127.0.0.1:9"])
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "https://127.0.0.1:8123", "http://127.0.0.1:9"]
+)
 def test_a_page_of_another_origin_is_refused(client: TestClient, origin: str) -> None:
     assert client.get("api/about", headers={"Origin": origin}).status_code == 403
 
@@ -43,7 +48,8 @@ def test_a_server_for_others_is_asked_by_address() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["../app.py", "..%2fapp.py", "%2e%2e/app.py", "/etc/passwd", "%2fetc%2fpasswd", "static/index.html", ""]
+    "name",
+    ["../app.py", "..%2fapp.py", "%2e%2e/app.py", "/etc/passwd", "%2fetc%2fpasswd", "static/index.html", ""],
 )
 def test_only_the_page_is_read_from_the_disk(client: TestClient, name: str) -> None:
     response = client.get(f"http://{HOST}/{TOKEN}/static/{name}")
@@ -73,7 +79,9 @@ def test_a_huge_upload_is_refused(client: TestClient) -> None:
     """Whether its size is told before or not."""
     large = b"0" * (MOST_BYTES + 1)
     told = client.post("api/upload?name=a.csv&kind=light", content=large)
-    untold = client.post("api/upload?name=a.csv&kind=light", content=iter([large[:MOST_BYTES], large[MOST_BYTES:]]))
+    untold = client.post(
+        "api/upload?name=a.csv&kind=light", content=iter([large[:MOST_BYTES], large[MOST_BYTES:]])
+    )
     for response in (told, untold):
         assert response.status_code == 413
         assert "8 MiB" in response.json()["error"]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Ask
+from window_parts import Ask
 
 from fluorspar import Point, SpectralImage, measure
 from fluorspar.colour.xyz import lab_from_xyz
@@ -66,9 +66,14 @@ def test_weights_count(ask: Ask, image: SpectralImage) -> None:
 
 def test_colour_temperature(ask: Ask) -> None:
     """Of a lamp it is known, of a green not."""
-    lamp = ask("spectrum", source="2", region=[0, 0, 15, 15], weights=dict.fromkeys(
-        ("direct_luminescence", "indirect_luminescence", "luminescent_reflection", "reexcitation"), 0.0
-    ))
+    lamp = ask(
+        "spectrum",
+        source="2",
+        region=[0, 0, 15, 15],
+        weights=dict.fromkeys(
+            ("direct_luminescence", "indirect_luminescence", "luminescent_reflection", "reexcitation"), 0.0
+        ),
+    )
     assert 3000 < lamp["cct"] < 9000
 
 
@@ -77,7 +82,8 @@ def test_the_table_is_that_of_measure(ask: Ask, image: SpectralImage, tmp_path: 
     response = ask("csv", source="0", pins=pins)
     assert 'filename="spectra.csv"' in response.headers["content-disposition"]
     write_point_spectra(
-        measure_regions(image, {"wall, left": (1, 1, 3, 2), "2": (5, 5, 5, 5)}, title="box.nc"), tmp_path / "a.csv"
+        measure_regions(image, {"wall, left": (1, 1, 3, 2), "2": (5, 5, 5, 5)}, title="box.nc"),
+        tmp_path / "a.csv",
     )
     assert response.content == (tmp_path / "a.csv").read_bytes()
     (tmp_path / "b.csv").write_bytes(response.content)
