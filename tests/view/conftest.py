@@ -75,8 +75,3 @@ def refused(client: TestClient) -> Ask:
 @pytest.fixture
 def lamp_file() -> bytes:
     return b"wavelength,value\n300,1\n800,2\n"
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    return tmp_path

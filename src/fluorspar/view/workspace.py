@@ -141,7 +141,7 @@ class Workspace:
             exposure = exposed(kept, view, None)[1]
         else:
             exposure = exposed(kept, view, white)[1]
-        return white / white[1] / exposure
+        return np.asarray(white / white[1] / exposure)
 
     def about(self) -> list[dict[str, Any]]:
         """Every source with its id."""
