@@ -91,14 +91,14 @@ class PathsSource:
     def about(self) -> dict[str, Any]:
         """Facts of the scene."""
         job = self.job
-        settings = job.scene.settings
+        width, height = job.scene.settings.width, job.scene.settings.height
         return {
-            "size": (settings.width, settings.height),
+            "size": (width, height),
             "wavelengths": job.grid.values,
             "unit": UNITS,
             "components": component_facts(COMPONENTS),
             "standard_error": True,
-            "partial": False,
+            "partial": any(paths.pixels < width * height for paths in self.levels),
             "attrs": job.attrs | {"spp": self.samples},
             "lights": light_facts(job.scene),
             "surfaces": surface_facts(job.scene),
