@@ -53,6 +53,7 @@ def test_it_is_refined_until_it_is_the_image_of_render() -> None:
     for name in ("radiance", "standard_error"):
         assert np.array_equal(shown.dataset[name], expected.dataset[name])
     assert shown.attrs["spp"] == 8
+    assert workspace.image(View(source="0", coarse=True)).image.attrs["spp"] == 4
 
 
 def test_a_picture_is_made_again_when_there_is_a_better_one() -> None:

@@ -171,10 +171,11 @@ async def _unless_abandoned(request: Request, answer: Callable[[threading.Event]
 
 
 def _picture(workspace: Workspace, view: View, abandoned: threading.Event) -> Response:
+    if workspace.source(view.source).kind == "image":
+        view = view.model_copy(update={"coarse": False})  # it is there in full
     kept = workspace.image(view, abandoned)
     drawn = picture_of(kept, view, workspace.white(view))
-    coarse = view.coarse and workspace.source(view.source).kind != "image"
-    facts = drawn.facts | {"coarse": coarse, "generation": kept.generation}
+    facts = drawn.facts | {"coarse": view.coarse, "generation": kept.generation}
     return Response(drawn.png, media_type="image/png", headers={"X-Fluorspar": json.dumps(plain(facts))})
 
 

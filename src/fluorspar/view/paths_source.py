@@ -20,7 +20,7 @@ from fluorspar.view.turns import Turns
 
 __all__ = ["NotTraced", "PathsSource"]
 
-_COARSE_SAMPLES = 2**18  # of all pixels: enough to see what a slider does
+_COARSE_SAMPLES = 2**19  # of all pixels: enough to see what a slider does
 
 
 class NotTraced(FluorsparError):
@@ -43,6 +43,8 @@ class PathsSource:
     ----------
     generation : int
         How often there were paths, each time of more samples.
+    few : LightPaths or None
+        Those of fewer samples for coarse pictures, which are swept at once; None: `paths`.
     """
 
     kind = "paths"
@@ -52,6 +54,7 @@ class PathsSource:
     ) -> None:
         self.name, self.supplies = name, supplies
         self.paths, self.generation = paths, int(paths is not None)
+        self.few: LightPaths | None = None
         self._job = job
 
     @property
@@ -83,6 +86,7 @@ class PathsSource:
         if coarse:
             settings = self.job.scene.settings
             changes["samples"] = max(1, _COARSE_SAMPLES // (settings.width * settings.height))
+            paths = self.few or paths
         return KeptImage(paths.image(**changes, progress=progress), generation)
 
     def why_nothing(self) -> FluorsparError:
