@@ -1,0 +1,48 @@
+// Keys that work anywhere on the page, and the overlay that lists them with the mouse's ways.
+
+import { showDialog } from "./dialog.js";
+import { h } from "./element.js";
+
+const MOUSE = [
+  ["Wheel", "zoom at the pointer"],
+  ["Drag", "move the picture; with Shift draw a region (with the region tool the other way round)"],
+  ["Click", "put the active pin there and show its spectrum"],
+  ["Ctrl + click", "pin another pixel beside it"],
+  ["Double click on a slider", "its plain value"],
+];
+const ON_PICTURE = [
+  ["← ↑ → ↓", "move the cursor by a pixel, with Shift by ten"],
+  ["Enter", "pin it; with Ctrl one more pin"],
+  ["M", "begin a region, Enter ends it"],
+  ["Esc", "put the cursor away"],
+];
+
+const isField = (node) => node.matches("input:not([type=range], [type=checkbox]), select, textarea");
+
+/** `bindings`: [[keys shown, meaning, matches(event), act]]. */
+export function listenToKeys(bindings) {
+  document.addEventListener("keydown", (event) => {
+    if (document.querySelector("dialog[open]")) return;
+    if (isField(event.target) && !event.altKey && !event.ctrlKey && !event.metaKey) return;
+    // in a text field Ctrl+Z undoes typing
+    if (event.target.matches("input[type=text], input[type=search]") && !event.altKey) return;
+    const found = bindings.find(([, , matches]) => matches(event));
+    if (!found) return;
+    event.preventDefault();
+    found[3]();
+  });
+}
+
+const plain = (event) => !event.ctrlKey && !event.metaKey && !event.altKey;
+export const key = (...names) => (event) => plain(event) && names.includes(event.key);
+export const control = (name, shift) => (event) =>
+  (event.ctrlKey || event.metaKey) && !event.altKey && event.shiftKey === shift && event.key.toLowerCase() === name;
+export const alt = (name) => (event) => event.altKey && !event.ctrlKey && event.code === `Digit${name}`;
+
+export function showKeys(bindings) {
+  const table = (title, rows) => h("section", {}, h("h3", {}, title), h("table", {}, rows.map(([keys, meaning]) => h("tr", {}, h("th", { scope: "row" }, h("kbd", {}, keys)), h("td", {}, meaning)))));
+  showDialog(
+    "Keyboard and mouse",
+    h("div", { class: "keys" }, table("Anywhere", bindings), h("div", {}, table("Mouse, on the picture", MOUSE), table("Keyboard, on the picture", ON_PICTURE))),
+  );
+}

@@ -1,0 +1,139 @@
+// Starts the page: asks what there is, puts the parts together, keeps the address bar in step.
+
+import { About } from "./about.js";
+import { compareStrip } from "./compare.js";
+import { componentsPanel } from "./components.js";
+import { h } from "./element.js";
+import { Frames } from "./frames.js";
+import { Hovered } from "./hover.js";
+import { icon } from "./icons.js";
+import { infoPanel } from "./info.js";
+import { alt, control, key, listenToKeys, showKeys } from "./keys.js";
+import { relightPanel } from "./relight.js";
+import { savePanel } from "./save.js";
+import { spectrumPanel } from "./spectrum.js";
+import { Stage } from "./stage.js";
+import { hashOf, stateOf, Store } from "./state.js";
+import { statusLine } from "./status.js";
+import { tabs } from "./tabs.js";
+import { startTheme } from "./theme.js";
+import { toolbar } from "./toolbar.js";
+
+const TABS = [["components", "Components"], ["spectrum", "Spectrum"], ["relight", "Light & dyes"], ["save", "Save"], ["info", "Info"]];
+const HASH_AFTER = 250; // ms: browsers limit how often an address may change
+
+const part = (id) => document.getElementById(id);
+
+/** A message that goes away by itself, for what belongs to no part of the page. */
+function report(text) {
+  const toast = h("div", { class: "toast", role: "alert" }, text);
+  document.body.append(toast);
+  setTimeout(() => toast.remove(), 8000);
+}
+
+function keepHash(store, first, sources) {
+  let timer = null;
+  store.watch(
+    (state) => state,
+    () => {
+      clearTimeout(timer);
+      timer = setTimeout(() => history.replaceState(null, "", hashOf(store.state, first) || location.pathname), HASH_AFTER);
+    },
+  );
+  const take = () => {
+    try {
+      const state = stateOf(location.hash, sources());
+      if (state) store.restore(state);
+    } catch {
+      report("The address describes a view that does not fit what is opened here; it was left out.");
+    }
+  };
+  addEventListener("hashchange", take);
+  return take;
+}
+
+/** Zoom and tools, over a corner of the picture. */
+function stageTools(node, stage) {
+  const tool = (name, text, title) => h("button", { type: "button", class: "icon", "aria-label": text, title, click: () => (stage.tool = name) }, icon(name === "pan" ? "hand" : "region"));
+  const tools = { pan: tool("pan", "Drag moves the picture", "Drag moves the picture (V)"), region: tool("region", "Drag draws a region", "Drag draws a region (B)") };
+  const put = () => Object.entries(tools).forEach(([name, button]) => (button.ariaPressed = `${stage.tool === name}`));
+  stage.addEventListener("tool", put);
+  put();
+  const zoom = (text, label, click) => h("button", { type: "button", class: "icon", "aria-label": label, title: label, click }, text);
+  node.append(
+    ...Object.values(tools),
+    zoom("−", "Zoom out (−)", () => stage.zoom(1 / 1.5)),
+    zoom("+", "Zoom in (+)", () => stage.zoom(1.5)),
+    zoom("1:1", "One pixel of the picture on one of the screen (Z)", () => stage.actual()),
+    zoom("Fit", "The whole picture (F)", () => stage.fit()),
+  );
+}
+
+async function start() {
+  startTheme();
+  const about = new About();
+  await about.load();
+  if (!about.sources.length) {
+    part("stage").append(h("div", { class: "cover" }, h("strong", {}, "Nothing is opened"), h("p", {}, "Start 'fluorspar view' with an image, light paths or a scene.")));
+    return;
+  }
+  const first = about.sources[0].id;
+  const store = new Store(first);
+  const takeHash = keepHash(store, first, () => about.sources);
+  takeHash();
+  const frames = new Frames(store, (id) => about.generation(id));
+  const stage = new Stage(part("picture-place"), store, frames);
+  const context = { store, about, stage, frames, report };
+  stageTools(part("stage-tools"), stage);
+  compareStrip(part("strip"), store, frames, about);
+  const hovered = new Hovered(stage, store, frames, part("readout"));
+  const panel = tabs(store, TABS);
+  part("panel").append(...panel.nodes);
+  const tools = toolbar(part("toolbar"), { ...context, help: () => showKeys(bindings) });
+  componentsPanel(panel.pages.components, context);
+  spectrumPanel(panel.pages.spectrum, { ...context, hovered });
+  relightPanel(panel.pages.relight, context, (is) => panel.show("relight", is));
+  savePanel(panel.pages.save, context);
+  infoPanel(panel.pages.info, context);
+  statusLine(part("status"), context);
+
+  const modes = ["colour", "band", "standard_error", "relative_error"];
+  const onView = (edit) => () => store.change(({ view }) => edit(view));
+  const bindings = [
+    ["?", "this list", key("?"), () => showKeys(bindings)],
+    ["1 2 3 4", "colour, band, error, relative error", key("1", "2", "3", "4"), null],
+    ["E, Shift + E", "brighter, darker by half a stop", key("e", "E"), null],
+    ["N", "automatic exposure", key("n"), onView((view) => (view.exposure = null))],
+    ["G", "mark colours that sRGB cannot show", key("g"), onView((view) => (view.gamut = !view.gamut))],
+    ["W", "pick a white pixel", key("w"), () => tools.white.pick()],
+    ["C", "keep what you see as B, to compare", key("c"), () => tools.compare.keep()],
+    ["X", "stop comparing", key("x"), () => store.change((state) => (state.other = null))],
+    ["F, Z", "whole picture, 1:1", key("f", "z"), null],
+    ["+, −", "zoom", key("+", "=", "-"), null],
+    ["V, B", "drag moves, drag draws a region", key("v", "b"), null],
+    ["P", "to the picture, for its keys", key("p"), () => stage.canvas.focus()],
+    ["Alt + 1 … 5", "tabs of the panel", (event) => TABS.some((_, index) => alt(index + 1)(event)), null],
+    ["Ctrl + Z", "undo", control("z", false), () => store.undo()],
+    ["Ctrl + Shift + Z", "redo", control("z", true), () => store.redo()],
+    ["Ctrl + Y", "redo", control("y", false), () => store.redo()],
+  ];
+  // one line of the list, several keys
+  const several = [
+    ...modes.map((mode, index) => [key(`${index + 1}`), () => tools.setMode(mode)]),
+    [key("e"), () => tools.exposure.step(0.5)],
+    [key("E"), () => tools.exposure.step(-0.5)],
+    [key("f"), () => stage.fit()],
+    [key("z"), () => stage.actual()],
+    [key("+", "="), () => stage.zoom(1.5)],
+    [key("-"), () => stage.zoom(1 / 1.5)],
+    [key("v"), () => (stage.tool = "pan")],
+    [key("b"), () => (stage.tool = "region")],
+    ...TABS.map(([name], index) => [alt(index + 1), () => store.change((state) => (state.panel = name), { quiet: true })]),
+  ];
+  listenToKeys([...several.map(([matches, act]) => ["", "", matches, act]), ...bindings.filter(([, , , act]) => act)]);
+  about.addEventListener("change", () => frames.refresh());
+}
+
+start().catch((error) => {
+  part("picture-place").append(h("div", { class: "cover", role: "alert" }, h("strong", {}, "The page cannot start"), h("p", {}, error.message)));
+});
