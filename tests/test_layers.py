@@ -32,6 +32,7 @@ LAYERS = [
     "measuring",
     "comparing",
     "figures",
+    "view",
     "cli",
     "__main__",
 ]

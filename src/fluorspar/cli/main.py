@@ -23,6 +23,7 @@ from fluorspar.cli.render import render
 from fluorspar.cli.scenes import scenes
 from fluorspar.cli.shown_warnings import ShownWarnings
 from fluorspar.cli.signals import Signals
+from fluorspar.cli.view import view
 from fluorspar.errors import FluorsparError, FluorsparWarning, message
 from fluorspar.version import __version__
 
@@ -65,6 +66,7 @@ app.command()(render)
 app.command(short_help="Compare the spectra of two images or tables.")(compare)
 app.command()(convert)
 app.command(short_help="Measure the spectra of points of an image.")(measure)
+app.command(short_help="Open a window on images, light paths and scenes.")(view)
 app.command()(info)
 app.command()(scenes)
 app.add_typer(materials, name="materials", short_help="The library, measured matrices, fits, dyes, colours.")

@@ -25,6 +25,7 @@ __all__ = [
     "lab_from_xyz",
     "luminance",
     "observer_weights",
+    "outside_srgb",
     "srgb_encode",
     "srgb_from_xyz",
     "white_xyz",
@@ -224,7 +225,7 @@ def srgb_from_xyz(xyz: ArrayLike, exposure: float = 1.0) -> tuple[Array, float]:
     scaled = np.asarray(xyz, dtype=np.float64) * exposure
     linear = scaled @ SRGB_FROM_XYZ.T
     lowest, highest = linear.min(axis=-1, keepdims=True), linear.max(axis=-1, keepdims=True)
-    changed = (lowest < -_ROUNDING) | (highest > 1 + _ROUNDING)
+    changed = _outside(linear)
     grey = np.clip(scaled[..., 1:2], 0.0, 1.0)
     # share of the colour itself that is left when mixed with its grey: both ends of the cube bound it
     keep_low = np.where(lowest < 0, grey / np.where(lowest < 0, grey - lowest, 1.0), 1.0)
@@ -232,6 +233,31 @@ def srgb_from_xyz(xyz: ArrayLike, exposure: float = 1.0) -> tuple[Array, float]:
     keep = np.minimum(keep_low, keep_high)
     fitted = np.clip(grey + keep * (linear - grey), 0.0, 1.0)
     return srgb_encode(fitted), float(np.mean(changed)) if changed.size else 0.0
+
+
+def outside_srgb(xyz: ArrayLike, exposure: float = 1.0) -> NDArray[np.bool_]:
+    """Return which colours sRGB cannot show as they are, those that `srgb_from_xyz` changes.
+
+    Parameters
+    ----------
+    xyz : array_like of shape (..., 3)
+    exposure : float
+        As in `srgb_from_xyz`.
+
+    Returns
+    -------
+    ndarray of shape (...,)
+
+    Examples
+    --------
+    >>> outside_srgb([[0.9505, 1.0, 1.089], [0.1, 0.5, 0.1]])
+    array([False,  True])
+    """
+    return _outside(np.asarray(xyz, dtype=np.float64) * exposure @ SRGB_FROM_XYZ.T)
+
+
+def _outside(linear: Array) -> NDArray[np.bool_]:
+    return np.asarray((linear.min(axis=-1) < -_ROUNDING) | (linear.max(axis=-1) > 1 + _ROUNDING))
 
 
 def srgb_encode(linear: ArrayLike) -> Array:

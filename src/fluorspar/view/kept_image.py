@@ -1,0 +1,83 @@
+"""An image that is kept for the next question, with the tristimulus values of its components."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.image.components import select
+from fluorspar.image.display.appearance import xyz_of
+from fluorspar.image.spectral_image import SpectralImage
+
+__all__ = ["KeptImage"]
+
+Array = NDArray[np.float64]
+
+
+class KeptImage:
+    """A spectral image and what was computed of it; threads may share it.
+
+    Parameters
+    ----------
+    image : SpectralImage
+    generation : int
+        That of the source when it was made.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        What was warned of when it was made.
+    """
+
+    def __init__(self, image: SpectralImage, generation: int = 0) -> None:
+        self.image, self.generation = image, generation
+        self.notes: tuple[str, ...] = ()
+        self._xyz: dict[tuple[str, ...], Array] = {}
+        self._lock = threading.Lock()
+
+    def add_notes(self, notes: Iterable[str]) -> None:
+        """Add what is to be said of it, each once."""
+        self.notes = tuple(dict.fromkeys([*self.notes, *notes]))
+
+    @property
+    def nbytes(self) -> int:
+        """Size in memory, at most: of an image in a file only what was computed counts."""
+        held = sum(int(v.nbytes) for v in self.image.dataset.variables.values() if v._in_memory)
+        names, height, width, _ = self.image.shape
+        return held + (names + 2) * height * width * 3 * 8
+
+    def xyz(self, names: tuple[str, ...]) -> Array:
+        """XYZ of a sum of components, ndarray of shape (Y, X, 3), not to be written to."""
+        with self._lock:
+            if names not in self._xyz:
+                self._xyz[names] = xyz_of(self.image.dataset, names)
+            return self._xyz[names]
+
+    def weighted_xyz(self, weights: Mapping[str, float]) -> tuple[Array, Array | float]:
+        """XYZ of everything but visible lamps, and of these, each component times its weight (absent: 1).
+
+        Parameters
+        ----------
+        weights : mapping of str to float
+
+        Returns
+        -------
+        lit : ndarray of shape (Y, X, 3)
+        source : ndarray of shape (Y, X, 3), or 0 if there is none
+        """
+        held = self.image.components
+        select(list(weights), held) if weights else None  # says so if there is no such component
+        lit = tuple(name for name in held if name != "source") or held
+        if all(weights.get(name, 1.0) == 1.0 for name in lit):
+            sum_of_lit = self.xyz(lit)
+        else:
+            sum_of_lit = np.zeros((*self.image.shape[1:3], 3))
+            for name in lit:
+                if (weight := weights.get(name, 1.0)) != 0:
+                    sum_of_lit += weight * self.xyz((name,))
+        if len(lit) == len(held):
+            return sum_of_lit, 0.0
+        return sum_of_lit, weights.get("source", 1.0) * self.xyz(("source",))
