@@ -9,6 +9,7 @@ const RETRY = 2000; // ms, while nobody answers
 export class About extends EventTarget {
   sources = [];
   library = { illuminants: [], materials: [] };
+  colour_maps = {}; // by mode: {name, stops}
   version = "";
   #timer = null;
 

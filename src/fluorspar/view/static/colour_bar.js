@@ -1,7 +1,7 @@
 // The colour bar of a false-colour picture, with the ends of its range to be typed.
 
 import { h } from "./element.js";
-import { percent, shown } from "./numbers.js";
+import { percent, shown, unitText } from "./numbers.js";
 
 /** `react(range | null)`: what the ends are; null: those of the picture. */
 export function colourBar(react) {
@@ -27,8 +27,8 @@ export function colourBar(react) {
   const node = h("div", { class: "colour-bar", role: "group", "aria-label": "Colour bar" }, ends[0], bar, ends[1], unit, auto);
   return {
     node,
-    /** What the server says of the picture: {range, colours, unit}; and whether the range is the picture's own. */
-    put({ range: now, colours, unit: of }, automatic, relative) {
+    /** What the server says of the picture: {range, unit}; its colours; and whether the range is the picture's own. */
+    put({ range: now, unit: of }, colours, automatic, relative) {
       if (!now) return;
       range = now;
       ends.forEach((field, index) => {
@@ -39,7 +39,7 @@ export function colourBar(react) {
       const ofBar = relative ? `${percent(range[0])} to ${percent(range[1])}` : `${shown(range[0])} to ${shown(range[1])} ${of ?? ""}`;
       bar.setAttribute("aria-label", `Colours from ${ofBar}`);
       bar.title = ofBar;
-      unit.textContent = relative ? "of the radiance" : (of ?? "");
+      unit.textContent = relative ? "of the radiance" : unitText(of ?? "");
       auto.ariaPressed = `${automatic}`;
     },
   };

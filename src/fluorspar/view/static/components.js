@@ -16,7 +16,7 @@ const PRESETS = [
   ["Luminescent", [2, 4, 5], "Light that luminesced once, 2 + 4 + 5: the paper's Figure 12"],
   ["Direct", [1, 2], "Light of the sources, reflected or luminesced at once, 1 + 2"],
   ["Indirect", [3, 4, 5], "Light that came by another surface, 3 + 4 + 5"],
-  ["≤ 1 luminescence", [0, 1, 2, 3, 4, 5], "Light that luminesced at most once, 0 to 5: the paper's Eq. 13"],
+  ["≤ 1 lum.", [0, 1, 2, 3, 4, 5], "Light that luminesced at most once, 0 to 5: the paper's Eq. 13"],
 ];
 
 const weightOf = (weights, name) => weights[name] ?? 1;
@@ -42,7 +42,7 @@ export function componentsPanel(node, { store, about }) {
       view.weights = Object.fromEntries(components.filter(({ number }) => !numbers.includes(number)).map(({ name }) => [name, 0]));
     });
 
-  function row({ name, number, label }) {
+  function row({ name, number, label, meaning = label }) {
     const picture = h("img", { alt: "", class: "thumb" });
     const solo = h("button", { type: "button", class: "plain solo", title: `Show only ${label}`, click: () => only([number]) }, picture);
     const eye = h("button", { type: "button", class: "icon plain", "aria-label": `Show ${label}`, click: () => setWeight(name, weightOf(store.view.weights, name) === 0 ? 1 : 0) });
@@ -57,7 +57,7 @@ export function componentsPanel(node, { store, about }) {
       "li",
       { class: "component", "data-name": name },
       solo,
-      h("div", { class: "about-component" }, h("div", { class: "name" }, swatch(componentColour(name)), h("span", { title: label }, `${number} ${label}`), share), h("div", { class: "share-track" }, bar), weight.node),
+      h("div", { class: "about-component" }, h("div", { class: "name" }, swatch(componentColour(name)), h("span", { title: meaning }, `${number ?? ""} ${label}`), share), h("div", { class: "share-track" }, bar), weight.node),
       eye,
     );
     return { item, picture, share, bar, weight, eye };
@@ -104,7 +104,7 @@ export function componentsPanel(node, { store, about }) {
     const answer = await fault.of(() => api.components(view));
     if (!answer) return;
     asked = key;
-    sums.textContent = `Share of the luminance: reflected ${percent(answer.reflected)}, luminescent ${percent(answer.luminescent)}`;
+    sums.textContent = `Of the luminance ${percent(answer.reflected)} is reflected, ${percent(answer.luminescent)} luminescent.`;
     for (const { name, share, png } of answer.components) {
       if (!rows[name]) continue;
       rows[name].picture.src = png;

@@ -1,8 +1,7 @@
 // What is known of the image: size, wavelengths, and what its file says of how it was made.
 
 import { h } from "./element.js";
-import { shown } from "./numbers.js";
-import { unitText } from "./spectrum.js";
+import { shown, unitText } from "./numbers.js";
 
 const KINDS = { image: "image", paths: "light paths", scene: "scene, traced here" };
 

@@ -36,3 +36,6 @@ export function at(wavelengths, values, nm) {
   const part = w1 > w0 ? (nm - w0) / (w1 - w0) : 0;
   return values[upper - 1] + part * (values[upper] - values[upper - 1]);
 }
+
+/** Units with raised exponents, as on the axis of a figure. */
+export const unitText = (unit) => unit.replace(/-(\d)/g, (_, digit) => `⁻${"⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]}`);

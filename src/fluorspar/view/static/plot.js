@@ -3,7 +3,7 @@
 import { freshId, svg } from "./element.js";
 import { clamp, shown, ticks } from "./numbers.js";
 
-const SPACE = { left: 46, right: 8, top: 16, bottom: 26 };
+const SPACE = { left: 46, right: 14, top: 16, bottom: 19 };
 
 export class Plot {
   node;
@@ -51,7 +51,7 @@ export class Plot {
       axes.append(svg("text", { x: left - 4, y: up(value) + 3.5, "text-anchor": "end" }, shown(value, 3)));
     }
     axes.append(svg("text", { class: "unit", x: 2, y: 11 }, unit));
-    axes.append(svg("text", { class: "unit", x: width - right, y: height - 2, "text-anchor": "end" }, "nm"));
+    axes.append(svg("text", { class: "unit", x: left - 4, y: height - bottom + 13, "text-anchor": "end" }, "nm"));
     const inside = svg("g", { "clip-path": `url(#${this.#clip})` });
     for (const layer of layers) {
       if (layer.low) {

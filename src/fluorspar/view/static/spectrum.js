@@ -6,7 +6,7 @@ import { copyText, download } from "./download.js";
 import { h, swatch } from "./element.js";
 import { latest } from "./latest.js";
 import { notice } from "./notice.js";
-import { at, percent, shown } from "./numbers.js";
+import { at, percent, shown, unitText } from "./numbers.js";
 import { pixelsOf, PinSpectra } from "./pins.js";
 import { Plot } from "./plot.js";
 
@@ -30,7 +30,7 @@ const ROWS = [
 export function spectrumPanel(node, { store, about, stage, hovered }) {
   const fault = notice();
   const spectra = new PinSpectra((id) => about.generation(id));
-  const plot = new Plot({ width: 384, height: 232, label: "Spectrum" });
+  const plot = new Plot({ width: 384, height: 206, label: "Spectrum" });
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Pins" });
   const empty = h("p", { class: "empty" }, "Click a pixel of the picture, or drag a region with Shift, to pin its spectrum. Ctrl+click pins another one beside it.");
   const legend = h("div", { class: "legend" });
@@ -44,15 +44,18 @@ export function spectrumPanel(node, { store, about, stage, hovered }) {
       const { view, pins } = store.state;
       await use(await api.csv(view, pins.map(({ region }, index) => ({ name: `${index + 1}`, region }))));
     });
-  const buttons = h(
+  const copy = withCsv(async (text) => (copied.textContent = (await copyText(text)) ? "Copied" : "The browser forbids to copy"));
+  const save = withCsv((text) => download(new Blob([text], { type: "text/csv" }), "spectra.csv"));
+  const options = h(
     "div",
-    { class: "buttons" },
-    h("button", { type: "button", click: withCsv(async (text) => (copied.textContent = (await copyText(text)) ? "Copied" : "The browser forbids to copy")) }, "Copy as CSV"),
-    h("button", { type: "button", click: withCsv((text) => download(new Blob([text], { type: "text/csv" }), "spectra.csv")) }, "Download CSV"),
-    copied,
+    { class: "options" },
+    h("label", { title: "The active pin as a stack of its components" }, stacked, " Stacked"),
+    relativeLabel,
+    h("span", { class: "spring" }),
+    h("button", { type: "button", title: "Copy the spectra of all pins as CSV", click: copy }, "Copy"),
+    h("button", { type: "button", title: "Download the spectra of all pins as CSV", click: save }, "CSV"),
   );
-  const options = h("div", { class: "options" }, h("label", {}, stacked, " Stacked by component"), relativeLabel);
-  const pinned = h("div", {}, options, legend, h("div", { class: "scrolls", tabindex: "0", role: "region", "aria-label": "Numbers of the pins" }, table), buttons);
+  const pinned = h("div", {}, options, legend, h("div", { class: "scrolls", tabindex: "0", role: "region", "aria-label": "Numbers of the pins" }, table), copied);
   node.append(chips, plot.node, empty, fault.node, pinned);
 
   let answers = { a: [], b: null };
@@ -200,6 +203,3 @@ export function spectrumPanel(node, { store, about, stage, hovered }) {
     },
   );
 }
-
-/** Units with raised exponents, as on the axis of a figure. */
-export const unitText = (unit) => unit.replace(/-(\d)/g, (_, digit) => `⁻${"⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]}`);

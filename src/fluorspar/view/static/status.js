@@ -15,7 +15,8 @@ function progressText({ doing, done, all, samples }) {
 export function statusLine(node, { store, about, stage, frames }) {
   const working = h("span", { class: "working", role: "status" });
   const zoom = h("span", { class: "zoom" });
-  node.append(working, zoom);
+  const size = h("span", { class: "hint" });
+  node.append(working, size, zoom);
   let gone = false;
 
   function put() {
@@ -24,9 +25,8 @@ export function statusLine(node, { store, about, stage, frames }) {
     cover(source, progress, error, name);
     const busy = frames.working ? [spinner(), "Working"] : [];
     const refining = progress ? [progress.doing ? progressText(progress) : ""] : [];
-    const size = source.size ? `${source.size[0]} × ${source.size[1]}` : "";
     working.replaceChildren(...(gone ? [h("b", { class: "lost" }, new api.Gone().message)] : refining.length ? [spinner(), ...refining] : busy));
-    working.title = size;
+    size.textContent = source.size ? `${source.size[0]} × ${source.size[1]} pixels` : "";
     document.body.classList.toggle("gone", gone);
   }
 

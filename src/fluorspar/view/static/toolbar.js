@@ -113,7 +113,7 @@ export function toolbar(node, { store, stage, frames, about, report, help }) {
       exposure.put(facts);
       const share = facts.out_of_gamut;
       outside.textContent = share > 0 ? `${percent(share)} outside sRGB` : "";
-    } else bar.put(facts, view.range === null, view.mode === "relative_error");
+    } else bar.put(facts, about.colour_maps[view.mode]?.stops, view.range === null, view.mode === "relative_error");
   });
   return { setMode, exposure, white, compare };
 }
