@@ -18,6 +18,7 @@ from .measuring.measure import measure as measure
 from .measuring.point_spectra import PointSpectra as PointSpectra
 from .measuring.points import Point as Point
 from .paths.light_paths import LightPaths as LightPaths
+from .paths.light_paths import load_paths as load_paths
 from .rendering import render as render
 from .rendering import render_job as render_job
 from .rendering import trace as trace

@@ -13,6 +13,7 @@ __all__ = [
     "ImageError",
     "MaterialError",
     "OptionError",
+    "PathsError",
     "PhotonYieldWarning",
     "RendererError",
     "SceneError",
@@ -76,6 +77,10 @@ class SceneError(FluorsparError):
 
 class ImageError(FluorsparError):
     """A spectral image file cannot be read or written."""
+
+
+class PathsError(FluorsparError):
+    """A file of light paths cannot be read."""
 
 
 class OptionError(FluorsparError):

@@ -56,6 +56,8 @@ class RenderJob:
         Default: all cores this process may use.
     options : StagedOptions, optional
         Options of the method: only the staged one has any.
+    relit : mapping
+        What was changed in the scene since its light paths were traced, in words.
 
     Raises
     ------
@@ -79,6 +81,7 @@ class RenderJob:
     variant: str = "llvm"
     threads: int | None = None
     options: Any = None
+    relit: Mapping[str, Any] = field(default_factory=dict)
     _asked: Scene | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -192,6 +195,7 @@ class RenderJob:
             "scene": self.scene.name,
             "parameters": dict(self.scene.parameters) or None,
             "materials": self.scene.used,
+            "relit": dict(self.relit) or None,
         }
 
 

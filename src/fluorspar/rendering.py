@@ -195,6 +195,7 @@ def trace(
     excitation: str = "full",
     variant: str = "llvm",
     threads: int | None = None,
+    output: str | os.PathLike[str] | None = None,
     progress: Progress | bool | None = None,
 ) -> LightPaths:
     """Trace the light paths of a scene and keep them: images follow from them without tracing again.
@@ -206,18 +207,23 @@ def trace(
     wavelengths : Wavelengths, str or array_like of shape (N,), optional
         Grid of the images, see `render`. The paths hold no wavelength, and images on other grids are as right, but
         Russian roulette follows the brightest band of this one.
+    output : path, optional
+        A `.paths` file to write them to while they are traced, so that they need not fit into memory.
     progress : callable or bool, optional
         True draws a bar, in notebooks too; or called with the pixels done and the pixels in all.
 
     Returns
     -------
     LightPaths
-        About 98 bytes a sample in the Cornell box. `LightPaths.image` makes images of them.
+        About 25 bytes a sample in the Cornell box. `LightPaths.image` makes images of them. If the user interrupts
+        (Ctrl-C), what is finished is kept, and the rest of an image is NaN.
 
     Raises
     ------
     SceneError, MaterialError, SpectrumError, OptionError, RendererError
         As `render`; OptionError also if the paths do not fit into memory.
+    ImageError
+        If the file cannot be written.
 
     Examples
     --------
@@ -241,4 +247,4 @@ def trace(
     )
     from fluorspar.paths.light_paths import trace_job
 
-    return trace_job(job, shown(progress))
+    return trace_job(job, shown(progress), output)

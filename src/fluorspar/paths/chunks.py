@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
+from fluorspar.paths.numbering import numbered, rows_shown
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
 
 __all__ = ["CHUNK", "trace_chunks"]
@@ -20,13 +21,15 @@ __all__ = ["CHUNK", "trace_chunks"]
 CHUNK = {"llvm": 1 << 19, "cuda": 1 << 21}
 
 
-def trace_chunks(job: RenderJob) -> Generator[Chunk]:
+def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
     """Trace the light paths of one run of pixels after another.
 
     Parameters
     ----------
     job : RenderJob
         Same seed, same paths, bit for bit, whatever the number of threads.
+    kept : bool
+        With rows of `numbered`, so that materials may be changed afterwards.
 
     Yields
     ------
@@ -45,7 +48,7 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
         threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
         try:
-            tracer = _tracer(job)
+            tracer = _tracer(job, kept)
             begun: deque[Any] = deque()
             for number, run in enumerate(runs):
                 begun.append(tracer.start(number, *run))
@@ -61,17 +64,24 @@ def trace_chunks(job: RenderJob) -> Generator[Chunk]:
             dr.set_thread_count(threads_before)
 
 
-def _tracer(job: RenderJob) -> Any:
+def _tracer(job: RenderJob, kept: bool) -> Any:
     """The tracer for the kind of the scene; the variant must be set."""
-    if job.scene.lobes is None:
+    scene, survival = job.scene, _survival(job)
+    if kept:
+        row_of, _ = rows_shown(scene, scene)
+        texels = survival[len(scene.materials if scene.lobes is None else scene.lobes.rows) :]
+        of_rows = np.append(survival, 0)[np.minimum(row_of, len(survival))]
+        survival = np.concatenate([of_rows, texels])
+        scene = numbered(scene)
+    if scene.lobes is None:
         from fluorspar.paths.tracing.trace_scene import build_trace_scene
         from fluorspar.paths.tracing.tracer import Tracer
 
-        return Tracer(build_trace_scene(job.scene), job.scene.settings, _survival(job), job.seed)
+        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed)
     from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
     from fluorspar.paths.tracing.lobe_tracer import LobeTracer
 
-    return LobeTracer(build_lobe_scene(job.scene), job.scene.settings, _survival(job), job.seed)
+    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed)
 
 
 def _survival(job: RenderJob) -> NDArray[np.float64]:

@@ -3,56 +3,100 @@
 from __future__ import annotations
 
 import os
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from fluorspar.bispectral.donaldson import Stokes
-from fluorspar.errors import OptionError, message
+from fluorspar.bispectral.material import Material
+from fluorspar.errors import FluorsparWarning, OptionError, message
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.paths.chunks import trace_chunks
-from fluorspar.paths.log import Chunk
+from fluorspar.paths.log import SURVIVAL, Chunk
+from fluorspar.paths.numbering import count_rows, rows_shown
+from fluorspar.paths.packed import PackedChunk, pack, unpack
+from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
 from fluorspar.paths.render import render_chunks
 from fluorspar.progress import Progress, shown
+from fluorspar.scene.lights import Light
+from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, relit
+from fluorspar.scene.variants import usable_cores
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["LightPaths", "trace_job"]
+__all__ = ["LightPaths", "load_paths", "trace_job"]
+
+_HELD = 512 * 2**20  # bytes of unpacked paths that are kept for the next image
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class LightPaths:
-    """Light paths of a scene, made by `fluorspar.trace`. They hold no spectrum: images of any wavelengths follow.
+    """Light paths of a scene, made by `fluorspar.trace` or read by `fluorspar.load_paths`.
+
+    They hold no spectrum: images under other lights, with other materials and on other wavelengths follow without
+    tracing again.
 
     Attributes
     ----------
     job : RenderJob
         What was traced. Its grid is that of the images that ask for no other.
-    chunks : tuple of Chunk
-        The paths, run after run of pixels.
+    chunks : sequence of PackedChunk
+        The paths, run after run of pixels; those of a file are read when they are needed.
     """
 
     job: RenderJob
-    chunks: tuple[Chunk, ...]
+    chunks: Sequence[PackedChunk]
+    _held: dict[bytes, list[Chunk]] = field(default_factory=dict, init=False)
 
     @property
     def nbytes(self) -> int:
-        """Size in memory."""
-        return sum(chunk.log.nbytes for chunk in self.chunks)
+        """Size in memory, or of the file."""
+        if isinstance(self.chunks, PathsInFile):
+            return self.chunks.nbytes
+        return sum(chunk.nbytes for chunk in self.chunks)
+
+    @property
+    def lights(self) -> tuple[Light, ...]:
+        """The lights, each with its spectrum as traced."""
+        return self.job.scene.lights
+
+    @property
+    def surfaces(self) -> dict[str, Material | str]:
+        """What can be given another material, by shape or BSDF id: its material as traced; or why it cannot."""
+        return exchangeable(self.job.scene)
+
+    @property
+    def pixels(self) -> int:
+        """How many pixels there are paths of: fewer than the image has if tracing was interrupted."""
+        if isinstance(self.chunks, PathsInFile):
+            return self.chunks.pixels
+        return sum(chunk.pixels for chunk in self.chunks)
 
     def __repr__(self) -> str:
         settings = self.job.scene.settings
-        samples = settings.width * settings.height * settings.spp
+        pixels = settings.width * settings.height
+        partly = "" if self.pixels == pixels else f", {self.pixels} of {pixels} pixels traced"
+        where = f" in {self.chunks.path}" if isinstance(self.chunks, PathsInFile) else ""
         return (
             f"<LightPaths of '{self.job.scene.name}': {settings.width} x {settings.height} pixels, "
-            f"{settings.spp} samples, seed {self.job.seed}; {self.nbytes / 2**20:.0f} MiB, "
-            f"{self.nbytes / samples:.0f} B a sample>"
+            f"{settings.spp} samples, seed {self.job.seed}{partly}; {self.nbytes / 2**20:.0f} MiB{where}, "
+            f"{self.nbytes / (self.pixels * settings.spp):.0f} B a sample>"
         )
 
     def image(
         self,
         *,
+        lights: Mapping[str, LightSetting] | None = None,
+        materials: Mapping[str, MaterialSetting] | None = None,
+        concentration: Mapping[str, float] | None = None,
+        same_luminance: bool = False,
+        library: Sequence[str | Path] = (),
         wavelengths: Wavelengths | str | ArrayLike | None = None,
         stokes: Stokes | None = None,
         excitation: str | None = None,
@@ -65,6 +109,19 @@ class LightPaths:
 
         Parameters
         ----------
+        lights : mapping of str to str, path, Spectrum, float or (spectrum, float), optional
+            Other lights, by the id of the light or of the shape that it is on: the name of an illuminant, a file, a
+            `Spectrum`, a factor on the light there is, or a pair of the first and a factor. An illuminant is relative:
+            it gets the luminance of the light that it replaces (or its power, if that one or it is hardly visible).
+            Files and spectra are taken at their word, in the unit of the light.
+        materials : mapping of str to str, path or Material, optional
+            Other materials, by shape or BSDF id: as in `fluorspar.render`. A coat, a mask and the like stay.
+        concentration : mapping of str to float, optional
+            Factors on the luminescence, by shape or BSDF id, also of a material that is exchanged.
+        same_luminance : bool
+            Give files and spectra the luminance of the light they replace, too.
+        library : sequence of str or Path
+            Folders with materials of your own, see `fluorspar.load_scene`.
         wavelengths : Wavelengths, str or array_like of shape (N,), optional
             Grid in nm, see `fluorspar.render`; default: that of the job. On another grid the image is as right, but
             not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band.
@@ -74,48 +131,238 @@ class LightPaths:
         Returns
         -------
         SpectralImage
-            Without arguments the image of `fluorspar.render`, bit for bit.
+            Without arguments the image of `fluorspar.render`, bit for bit. With other lights and materials unbiased:
+            roulette has followed the old ones, and its chances are part of the paths. Attribute `relit` says what was
+            changed.
+
+        Raises
+        ------
+        OptionError
+            If there is no such light, shape or BSDF, or its material cannot be exchanged; see `surfaces`.
+        MaterialError, SpectrumError
+            If a material or light is unknown or impossible.
+        PathsError
+            If the paths come from a file that is damaged.
+
+        Warns
+        -----
+        FluorsparWarning
+            If a material is so much brighter than the one it replaces that long paths become noisy.
 
         Examples
         --------
         >>> import fluorspar
         >>> paths = fluorspar.trace("cornell-box", size=(16, 16), spp=4)
-        >>> paths.image(wavelengths="400:700:100").dataset.wavelength.values.tolist()
-        [400.0, 500.0, 600.0, 700.0]
+        >>> image = paths.image(lights={"light": "FL11"}, materials={"left-wall": "poster-orange"})
+        >>> image.attrs["relit"]
+        {'lights': {'light': 'FL11'}, 'materials': {'left-wall': 'poster-orange'}}
         """
+        scene = relit(
+            self.job.scene,
+            lights=lights,
+            materials=materials,
+            concentration=concentration,
+            same_luminance=same_luminance,
+            library=library,
+        )
+        changes = {"lights": lights, "materials": materials, "concentration": concentration}
+        said = {
+            what: {key: _in_words(value) for key, value in of.items()} for what, of in changes.items() if of
+        }
+        if same_luminance and lights:
+            said["same_luminance"] = {"lights": "yes"}
         job = replace(
             self.job,
+            scene=scene,
+            _asked=scene,
+            relit=said,
             grid=self.job.grid if wavelengths is None else read_grid(wavelengths),
             stokes=self.job.stokes if stokes is None else stokes,
             excitation=self.job.excitation if excitation is None else excitation,
             component_errors=self.job.component_errors if component_errors is None else component_errors,
             threads=self.job.threads if threads is None else threads,
         )
-        return render_chunks(self.chunks, job, output=output, progress=shown(progress))
+        if materials:
+            _warn_of_brighter(self.job, job)
+        return render_chunks(self._unpacked(job), job, output=output, progress=shown(progress))
+
+    def light_images(
+        self, *, lights: Mapping[str, LightSetting] | None = None, **options: Any
+    ) -> dict[str, SpectralImage]:
+        """Sweep the paths into one image for each light, in which it alone is on; they add up to the whole.
+
+        Parameters
+        ----------
+        lights, **options
+            As in `image`.
+
+        Returns
+        -------
+        dict of str to SpectralImage
+            By the names of `lights`.
+
+        Examples
+        --------
+        >>> import fluorspar
+        >>> list(fluorspar.trace("cornell-box", size=(8, 8), spp=1).light_images())
+        ["shape 'light' (obj)"]
+        """
+        given = dict(lights or {})
+        dark = {light.name: 0.0 for light in self.lights}
+        return {
+            name: self.image(
+                lights=given | {other: off for other, off in dark.items() if other != name}, **options
+            )
+            for name in dark
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the paths to a file, by custom `.paths`: HDF5, with everything that images are made of.
+
+        Raises
+        ------
+        ImageError
+            If the file cannot be written; an older one of that name is then unchanged.
+
+        Examples
+        --------
+        >>> import fluorspar, tempfile
+        >>> file = Path(tempfile.mkdtemp()) / "box.paths"
+        >>> fluorspar.trace("cornell-box", size=(8, 8), spp=4).save(file)
+        >>> fluorspar.load_paths(file).image().dataset.radiance.shape
+        (7, 8, 8, 69)
+        """
+        with PathsWriter(path, self.job) as writer:
+            for chunk in self.chunks:
+                writer.write(chunk)
+            writer.keep()
+
+    def _unpacked(self, job: RenderJob) -> Iterator[Chunk]:
+        """Go through the chunks, with the rows of the scene of a job; keep them for the next image if they are few."""
+        row_of, beyond = rows_shown(self.job.scene, job.scene)
+        key = row_of.tobytes() + str(beyond).encode()
+        if key in self._held:
+            yield from self._held[key]
+            return
+        held: list[Chunk] | None = []
+        with ThreadPoolExecutor(job.threads or usable_cores()) as pool:
+            for packed in self.chunks:
+                chunk = unpack(packed, row_of, beyond, pool)
+                if held is not None:
+                    held.append(chunk)
+                    if sum(each.log.nbytes for each in held) > _HELD:
+                        held = None
+                yield chunk
+        if held is not None:
+            self._held.clear()
+            self._held[key] = held
 
 
-def trace_job(job: RenderJob, progress: Progress | None = None) -> LightPaths:
-    """Trace all light paths of a job and keep them.
+def load_paths(path: str | os.PathLike[str]) -> LightPaths:
+    """Open a file of light paths, written by `LightPaths.save` or `fluorspar trace`.
+
+    Parameters
+    ----------
+    path : path-like
+
+    Returns
+    -------
+    LightPaths
+        Its chunks are read when they are needed, so they need not fit into memory.
+
+    Raises
+    ------
+    PathsError
+        If the file is missing, is none of light paths, of another version, or damaged.
+    """
+    return LightPaths(*read_paths(path))
+
+
+def trace_job(
+    job: RenderJob, progress: Progress | None = None, output: str | os.PathLike[str] | None = None
+) -> LightPaths:
+    """Trace all light paths of a job and keep them, in memory or in a file.
+
+    Returns
+    -------
+    LightPaths
+        Of fewer pixels, if the user interrupted.
 
     Raises
     ------
     OptionError
         If they do not fit into memory.
+    ImageError
+        If the file cannot be written.
     """
+    if output is None:
+        kept: list[PackedChunk] = []
+        _trace(job, progress, kept.append)
+        return LightPaths(job, tuple(kept))
+    with PathsWriter(output, job) as writer:
+        _trace(job, progress, writer.write)
+        writer.keep()
+    return load_paths(output)
+
+
+def _trace(job: RenderJob, progress: Progress | None, keep: Callable[[PackedChunk], object]) -> None:
+    """Trace a job and hand over what is finished, packed, also where the user interrupts."""
     settings = job.scene.settings
-    kept: list[Chunk] = []
-    with closing(trace_chunks(job)) as chunks:
-        for chunk in chunks:
-            try:
-                kept.append(chunk.compact())
-            except MemoryError as err:
-                raise OptionError(
-                    message(
-                        "the light paths do not fit into memory",
-                        got=f"{settings.width} x {settings.height} pixels, {settings.spp} samples",
-                        fix="trace fewer samples or a smaller image, or render without keeping the paths",
-                    )
-                ) from err
-            if progress:
-                progress(chunk.first_pixel + chunk.pixels, settings.width * settings.height)
-    return LightPaths(job, tuple(kept))
+    pixels, done = settings.width * settings.height, 0
+    rows, _ = count_rows(job.scene)
+    try:
+        with (
+            closing(trace_chunks(job, kept=True)) as chunks,
+            ThreadPoolExecutor(job.threads or usable_cores()) as pool,
+        ):
+            for chunk in chunks:
+                keep(pack(chunk, rows, pool))
+                done = chunk.first_pixel + chunk.pixels
+                if progress:
+                    progress(done, pixels)
+    except MemoryError as err:
+        raise OptionError(
+            message(
+                "the light paths do not fit into memory",
+                got=f"{settings.width} x {settings.height} pixels, {settings.spp} samples",
+                fix="write them to a file (output=...), or trace fewer samples or a smaller image",
+            )
+        ) from err
+    except KeyboardInterrupt:
+        if not done:
+            raise  # nothing to keep
+        if done < pixels:
+            text = f"interrupted: the paths of {done} of {pixels} pixels are kept"
+            warnings.warn(text, FluorsparWarning, stacklevel=4)
+
+
+def _in_words(given: Any) -> Any:
+    """What a light, material or concentration was changed to, for the attributes of an image."""
+    if isinstance(given, tuple):
+        return " x ".join(str(_in_words(part)) for part in given)
+    if isinstance(given, int | float | str):
+        return given
+    return str(getattr(given, "name", given)) or "a spectrum"
+
+
+def _warn_of_brighter(traced: RenderJob, job: RenderJob) -> None:
+    """Warn where long paths are too rare for a new material: their weights grow from vertex to vertex."""
+    settings, grid = job.scene.settings, job.computed_grid
+    if 0 <= settings.max_depth <= settings.rr_depth:
+        return
+    before = exchangeable(traced.scene)
+    for name, new in exchangeable(job.scene).items():
+        old = before.get(name)
+        if not (isinstance(old, Material) and isinstance(new, Material)) or new is old:
+            continue
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # said when the image is computed
+            least, most = (min(1.0, float(m.on(grid).energy_yield().max())) for m in (old, new))
+        if most**2 > max(least, SURVIVAL[0]):
+            text = (
+                f"'{name}' is much brighter now ({new.name}: {most:.2f} at the most, {old.name}: {least:.2f}): light "
+                f"of more than {settings.rr_depth} bounces is noisy, and its standard error uncertain; for less noise "
+                "trace with a larger rr_depth"
+            )
+            warnings.warn(text, FluorsparWarning, stacklevel=3)
+            return

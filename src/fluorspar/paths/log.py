@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.material import Material
 
-__all__ = ["BLOCK", "END", "ENTRIES", "OF_TERMS", "Chunk", "Log", "lanes_per_pixel"]
+__all__ = ["BLOCK", "END", "ENTRIES", "OF_TERMS", "SURVIVAL", "Chunk", "Log", "lanes_per_pixel"]
 
 BLOCK = 16  # lanes whose entries lie side by side in memory, so that all lanes of a register write one line
 END = 0xFFFFFFFF  # `row` of an entry whose ray has met no surface that light leaves again
+# Russian roulette survives with the throughput of the brightest band, within these bounds. The lower one keeps
+# paths unbiased if the spectra are changed after tracing.
+SURVIVAL = (0.05, 0.95)
 _LONGEST_LANE = 64  # samples that one lane traces one after another
 
 
@@ -48,6 +51,8 @@ class Log(NamedTuple):
         Where the entries of each block of lanes begin and end.
     goes_on : ndarray of shape (slots,), int32
         Slot in which the lane goes on behind the end of its strip, -1 if it does not.
+    used : ndarray of shape (slots,), int32
+        Entries of each lane in its strip; what follows them has no meaning.
     """
 
     sampled: NDArray[np.float32]
@@ -58,6 +63,7 @@ class Log(NamedTuple):
     direct_light: NDArray[np.uint32]
     strips: NDArray[np.int64]
     goes_on: NDArray[np.int32]
+    used: NDArray[np.int32]
 
     @property
     def nbytes(self) -> int:

@@ -98,6 +98,7 @@ def load_scene(
         recipe,
         nodes,
         table.lobes,
+        table.bsdf_ids,
     )
 
 

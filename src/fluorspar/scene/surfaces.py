@@ -57,6 +57,7 @@ class SurfaceTable:
     lights: list[Light] = field(default_factory=list)
     surfaces: list[Surface] = field(default_factory=list)
     lobes: Lobes | None = None
+    bsdf_ids: dict[int, tuple[str, ...]] = field(default_factory=dict)
 
 
 def read_surfaces(state: Any, recipe: Recipe) -> SurfaceTable:
@@ -116,6 +117,7 @@ class _Reader:
         if self.lobes is not None:
             self.table.lobes = self.lobes.lobes()
             self.table.materials = self.lobes.materials
+            self.table.bsdf_ids = self.lobes.bsdf_ids
             self.unused -= self.lobes.overridden
         self.check_overrides(ids)
         if not self.table.lights:
@@ -202,7 +204,10 @@ class _Reader:
         if node.props.id() in self.overrides:
             row = self.override(node.props.id())
             return row, row
-        return self.row(nested[0], shape), self.row(nested[-1], shape)
+        rows = self.row(nested[0], shape), self.row(nested[-1], shape)
+        for row in rows:
+            self.is_called(row, node)
+        return rows
 
     def row(self, index: int, shape: int) -> int:
         """Material row of a one-sided BSDF node on a shape."""
@@ -212,13 +217,21 @@ class _Reader:
         key = (index, shape if uses_mesh(self.state, index) else None)
         if key not in self.row_of_node:
             self.row_of_node[key] = self.add(read_material(self.state, index, shape, self.recipe))
+            self.is_called(self.row_of_node[key], node)
         return self.row_of_node[key]
+
+    def is_called(self, row: int, node: Any) -> None:
+        """Note that a material is that of a BSDF node."""
+        known = self.table.bsdf_ids.get(row, ())
+        if (name := node.props.id()) and name not in known:
+            self.table.bsdf_ids[row] = (*known, name)
 
     def override(self, name: str) -> int:
         """Material row of a material from outside."""
         self.unused.discard(name)
         if name not in self.row_of_override:
             self.row_of_override[name] = self.add(self.overrides[name])
+            self.table.bsdf_ids[self.row_of_override[name]] = (name,)
         return self.row_of_override[name]
 
     def light(self, index: int, shape: int | None = None) -> int:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
+from fluorspar.files.patient_file import PatientFile
 from fluorspar.files.writing import replacing
-from fluorspar.image.formats.netcdf_layout import PatientFile
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.emitters.patches import EmitterArray

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from fluorspar.errors import FluorsparError, ImageError
+from fluorspar.files.patient_file import PatientFile
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.dataset import row_blocks
-from fluorspar.image.formats.netcdf_layout import PatientFile, create
+from fluorspar.image.formats.netcdf_layout import create
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 

@@ -82,6 +82,7 @@ def test_components_are_those_of_the_recursion():
         direct_light,
         np.array([[0, entries]]),
         np.full(BLOCK, -1, dtype=np.int32),
+        np.full(BLOCK, entries, dtype=np.int32),
     )
     expected = np.zeros((7, N))
     for begin in range(0, entries, VERTICES):

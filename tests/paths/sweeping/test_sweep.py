@@ -134,7 +134,7 @@ def log_of(lanes: list[list[tuple[float, int, int, float, int, float]]], height:
     rng = np.random.default_rng(len(lanes))
     names = ("sampled", "sampled_light", "row", "direct", "direct_light", "weight")
     fields: dict[str, list[Array]] = {name: [] for name in names}
-    strips, goes_on, entry, slots = [], [], 0, 0
+    strips, goes_on, used, entry, slots = [], [], [], 0, 0
     while lanes:
         blocks = -(-len(lanes) // BLOCK)
         for name in names:
@@ -149,9 +149,11 @@ def log_of(lanes: list[list[tuple[float, int, int, float, int, float]]], height:
             if entries[height:]:
                 follow[lane] = slots + blocks * BLOCK + len(rest)
                 rest.append(entries[height:])
-        for block in range(blocks):
-            used = max(min(len(lane), height) for lane in lanes[block * BLOCK : (block + 1) * BLOCK])
-            strips.append((entry + block * height, entry + block * height + used))
+        of_lanes = np.zeros(blocks * BLOCK, np.int32)
+        of_lanes[: len(lanes)] = [min(len(lane), height) for lane in lanes]
+        used.append(of_lanes)
+        for block, most in enumerate(of_lanes.reshape(-1, BLOCK).max(axis=1)):
+            strips.append((entry + block * height, entry + block * height + most))
         goes_on.append(follow)
         entry += blocks * height
         slots += blocks * BLOCK
@@ -160,6 +162,7 @@ def log_of(lanes: list[list[tuple[float, int, int, float, int, float]]], height:
         **{name: np.concatenate(parts).astype(ENTRIES[name]) for name, parts in fields.items()},
         strips=np.array(strips, dtype=np.int64),
         goes_on=np.concatenate(goes_on).astype(np.int32),
+        used=np.concatenate(used),
     )
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from fluorspar.errors import FluorsparError, ImageError, message
 from fluorspar.files.names import check_source
+from fluorspar.files.patient_file import PatientFile
 from fluorspar.files.writing import replacing
 from fluorspar.image.dataset import (
     VARIABLES,
@@ -18,7 +19,7 @@ from fluorspar.image.dataset import (
     values_of,
 )
 from fluorspar.image.formats.foreign_netcdf import normalised
-from fluorspar.image.formats.netcdf_layout import PatientFile, create
+from fluorspar.image.formats.netcdf_layout import create
 from fluorspar.image.formats.netcdf_writer import NetcdfWriter
 
 if TYPE_CHECKING:

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
+from fluorspar.files.patient_file import PatientFile
 from fluorspar.files.writing import Temporary, check_target, undisturbed, write_error
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.dataset import VARIABLES, plain_attrs
-from fluorspar.image.formats.netcdf_layout import PatientFile, chunk_rows, create
+from fluorspar.image.formats.netcdf_layout import chunk_rows, create
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["NetcdfWriter"]

@@ -12,10 +12,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from fluorspar.paths.log import BLOCK, END
+from fluorspar.paths.log import BLOCK, END, SURVIVAL
 from fluorspar.paths.tracing.lobe_scene import LobeScene
 from fluorspar.paths.tracing.mesh_colours import MeshColours
-from fluorspar.paths.tracing.tracer import SURVIVAL, Spread, Tracer, camera_ray, mis, two
+from fluorspar.paths.tracing.tracer import Spread, Tracer, camera_ray, mis, two
 from fluorspar.scene.lobes.lobe import CHANNELS, STRAIGHT
 from fluorspar.scene.settings import UNLIMITED
 

@@ -16,14 +16,11 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, Chunk, Log, lanes_per_pixel
+from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, SURVIVAL, Chunk, Log, lanes_per_pixel
 from fluorspar.scene.settings import UNLIMITED, Settings
 
-__all__ = ["SURVIVAL", "Spread", "Tracer", "camera_ray", "mis", "two"]
+__all__ = ["Spread", "Tracer", "camera_ray", "mis", "two"]
 
-# Roulette survives with the throughput of the brightest band, within these bounds. The lower one keeps
-# paths unbiased if the spectra are changed after tracing.
-SURVIVAL = (0.05, 0.95)
 # Entries that a strip has room for, a sample: at first, and at the most, which bounds memory. In between it follows
 # what the chunk before has needed.
 _ROOM, _MOST_ROOM = 10.0, 16.0
@@ -344,11 +341,12 @@ def _log(launches: list[_Launch], terms: int) -> Log:
         shape = (terms, -1, BLOCK) if terms > 1 and name in OF_TERMS else (-1, BLOCK)
         parts = [part.reshape(shape) if len(part) > 1 else part[:0].reshape(0, BLOCK) for part in parts]
         fields[name] = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-2)
-    strips, goes_on, entry, slot = [], [], 0, 0
+    strips, goes_on, of_lanes, entry, slot = [], [], [], 0, 0
     for launch in launches:
         blocks = -(-launch.lanes // BLOCK)
-        used = np.zeros(blocks * BLOCK, dtype=np.int64)
+        used = np.zeros(blocks * BLOCK, dtype=np.int32)
         used[: launch.lanes] = launch.used.numpy()
+        of_lanes.append(used)
         begin = entry + launch.height * np.arange(blocks)
         strips.append(np.stack([begin, begin + used.reshape(blocks, BLOCK).max(axis=1)], axis=1))
         entry += launch.height * blocks
@@ -357,4 +355,5 @@ def _log(launches: list[_Launch], terms: int) -> Log:
         follow = np.full(blocks * BLOCK, -1, dtype=np.int32)
         follow[going_on] = slot + np.arange(len(going_on))
         goes_on.append(follow)
-    return Log(**fields, strips=np.concatenate(strips), goes_on=np.concatenate(goes_on))
+    whole = {"strips": strips, "goes_on": goes_on, "used": of_lanes}
+    return Log(**fields, **{name: np.concatenate(parts) for name, parts in whole.items()})

@@ -93,6 +93,7 @@ class LobeReader(LobeTable):
             front, back = [] if emits else [self.default().lobe(0)], []
         else:
             nested = sides_of(self.state, bsdf, where) if twosided else [bsdf]
+            self.within = (nodes[bsdf].props.id(),) if twosided and nodes[bsdf].props.id() else ()
             self._bsdfs.setdefault(bsdf, f"BSDF {label(nodes[bsdf], bsdf)} of {where}")
             front, back = (
                 self.side(index, shape, where, nodes[bsdf].props.id()) for index in (nested[0], nested[-1])
@@ -119,7 +120,9 @@ class LobeReader(LobeTable):
         """The spectrum of a material from outside."""
         key = -1, name
         if key not in self.read:
+            self.within, before = (name,), self.within
             self.read[key] = self.of_material(self.overrides[name])
+            self.within = before
             self.overridden.add(name)
         return self.read[key]
 
@@ -155,7 +158,9 @@ class LobeReader(LobeTable):
                     or "replace it, or render it diffuse, of its average reflectance, with --matte (matte=True)",
                 )
             )
+        self.within, before = (*self.within, name) if name else self.within, self.within
         read(self, index, side)
+        self.within = before
 
     def nested(self, index: int, side: Side) -> None:
         """Read the BSDFs inside a node."""

@@ -47,6 +47,10 @@ class LobeTable:
         As in `Lobes`.
     materials : list of Material
         Those rows that are materials.
+    bsdf_ids : dict of int to tuple of str
+        Ids of the BSDFs that each of them is read from, the outermost first.
+    within : tuple of str
+        Ids of the BSDFs that are being read.
     edits : dict of int to (str or None, dict)
         Plugin and properties that a node gets.
     read : dict of (int, str) to Spectral
@@ -61,6 +65,8 @@ class LobeTable:
         self.state = state
         self.read_material = read_material
         self.materials: list[Material] = []
+        self.bsdf_ids: dict[int, tuple[str, ...]] = {}
+        self.within: tuple[str, ...] = ()
         self.rows: list[LobeRow] = [Material("white", Spectrum.constant(1.0, name="white"))]
         self.colours: list[NDArray[np.float32]] = []
         self.textures: list[Texture] = []
@@ -105,6 +111,7 @@ class LobeTable:
 
     def of_material(self, material: Material) -> Spectral:
         """A new row for a material."""
+        self.bsdf_ids[len(self.materials)] = self.within
         self.materials.append(material)
         self.rows.append(material)
         mean = max(_DARKEST, float(np.mean([material.reflectance.at(w) for w in _VISIBLE])))

@@ -1,0 +1,287 @@
+"""Light paths in a file: HDF5 with a record of the scene, and the packed paths of one run of pixels after another.
+
+It is written while the paths are traced, and read back run by run, so that neither needs the memory for all of them.
+"""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from fluorspar.errors import FluorsparError, PathsError, SceneError, message
+from fluorspar.files.patient_file import PatientFile
+from fluorspar.files.writing import Temporary, check_target, write_error
+from fluorspar.job import RenderJob
+from fluorspar.paths.numbering import count_rows
+from fluorspar.paths.packed import ARRAYS, PackedChunk
+from fluorspar.paths.records import from_record, to_record
+from fluorspar.scene.recipe import Recipe
+from fluorspar.scene.scene import Scene
+from fluorspar.version import __version__
+
+__all__ = ["SUFFIX", "PathsInFile", "PathsWriter", "read_paths"]
+
+SUFFIX = ".paths"
+
+_FORMAT, _VERSION = "fluorspar light paths", 1
+_BYTES_A_SAMPLE = 24  # at the least, for the check of free space
+_JOB = ("seed", "stokes", "excitation", "component_errors", "variant", "threads")
+_SCENE = ("materials", "lights", "surfaces", "settings", "lobes", "bsdf_ids")
+_RECIPE = ("name", "parameters", "matte", "library", "sensor", "folder")
+
+
+class PathsWriter:
+    """Writes light paths to a file, chunk after chunk.
+
+    The file has a temporary name until `keep`. Leaving the `with` block without removes it, and an older file of the
+    name stays as it was.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file to be written or replaced.
+    job : RenderJob
+        What is traced.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written. This is found out before anything is traced, but for a disk that fills up.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], job: RenderJob) -> None:
+        import h5py
+
+        settings = job.scene.settings
+        self.path = check_target(path, _BYTES_A_SAMPLE * settings.width * settings.height * settings.spp)
+        self._number = 0
+        try:
+            self._temporary = Temporary(self.path)
+            self._stream = PatientFile(self._temporary.path)
+        except OSError as err:
+            raise write_error(self.path, err) from err
+        self._file = h5py.File(self._stream, "w")
+        self._file.attrs.update({"format": _FORMAT, "format_version": _VERSION, "fluorspar": __version__})
+        self._record(job)
+
+    def __enter__(self) -> PathsWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._file:
+            self._close()
+        self._temporary.drop()
+
+    def write(self, chunk: PackedChunk) -> None:
+        """Append a chunk."""
+        group = self._file.create_group(f"chunks/{self._number:06d}")
+        group.attrs.update({"first_pixel": chunk.first_pixel, "pixels": chunk.pixels, "spp": chunk.spp})
+        for name in ARRAYS:
+            group[name] = getattr(chunk, name)
+        group.attrs["crc32"] = _checksum(chunk)
+        self._number += 1
+        self._check()
+
+    def keep(self) -> None:
+        """Close the file and give it its name."""
+        self._close()
+        self._check()
+        try:
+            self._temporary.keep()
+        except OSError as err:
+            raise write_error(self.path, err) from err
+
+    def _record(self, job: RenderJob) -> None:
+        scene = job.scene
+        recipe: dict[str, Any] = {name: getattr(scene.recipe, name) for name in _RECIPE}
+        source = scene.recipe.source
+        recipe["source"] = None if isinstance(source, dict) else str(source)
+        recipe["is_file"] = isinstance(source, Path)
+        what = {
+            "job": {name: getattr(job, name) for name in _JOB},
+            "grid": job.grid.values if type(job.grid).__name__ != "Wavelengths" else job.grid,
+            "scene": {name: getattr(scene, name) for name in _SCENE},
+            "recipe": recipe,
+        }
+        text, arrays = to_record(what)
+        self._file["record"] = text
+        for number, array in enumerate(arrays):
+            self._file[f"arrays/{number:06d}"] = array
+
+    def _close(self) -> None:
+        with suppress(OSError, RuntimeError):  # the stream tells what failed
+            self._file.close()
+        self._stream.close()
+
+    def _check(self) -> None:
+        try:
+            self._stream.check()
+        except OSError as err:
+            raise write_error(self.path, err) from err
+
+
+class PathsInFile(Sequence[PackedChunk]):
+    """The packed chunks of a file, each read when it is asked for.
+
+    The file stays open, so that it may be replaced meanwhile.
+    """
+
+    def __init__(self, file: Any, path: Path, rows: int, lights: int) -> None:
+        self.path = path
+        self._file = file
+        self._groups = sorted(file.get("chunks", ()))
+        self._tables = rows, lights
+        self._sound: set[int] = set()
+
+    def __len__(self) -> int:
+        return len(self._groups)
+
+    def __getitem__(self, number: Any) -> Any:
+        """Read one chunk; it is checked when it is read first."""
+        if isinstance(number, slice):
+            return [self[each] for each in range(*number.indices(len(self)))]
+        number = range(len(self))[number]
+        try:
+            group = self._file["chunks"][self._groups[number]]
+            sizes: dict[str, Any] = {
+                name: int(group.attrs[name]) for name in ("first_pixel", "pixels", "spp")
+            }
+            arrays: dict[str, Any] = {name: group[name][...] for name in ARRAYS}
+            chunk = PackedChunk(**sizes, **arrays)
+            fault = ""
+            if number not in self._sound:
+                wrong = _checksum(chunk) != int(group.attrs["crc32"])
+                fault = "a checksum is wrong" if wrong else chunk.fault(*self._tables)
+        except (OSError, KeyError, TypeError, ValueError, RuntimeError) as err:
+            fault = str(err)
+        if fault:
+            raise PathsError(
+                message(
+                    "the light paths in the file are damaged",
+                    where=self.path,
+                    got=f"{fault}, in part {number + 1} of {len(self)}",
+                    fix="trace the scene again",
+                )
+            )
+        self._sound.add(number)
+        return chunk
+
+    def __iter__(self) -> Iterator[PackedChunk]:
+        return (self[number] for number in range(len(self)))
+
+    @property
+    def nbytes(self) -> int:
+        """Size of the file."""
+        return self.path.stat().st_size
+
+    @property
+    def pixels(self) -> int:
+        """How many pixels there are paths of."""
+        return sum(int(self._file["chunks"][name].attrs["pixels"]) for name in self._groups)
+
+
+def read_paths(path: str | os.PathLike[str]) -> tuple[RenderJob, PathsInFile]:
+    """Open a file of light paths.
+
+    Raises
+    ------
+    PathsError
+        If the file is missing, is none of light paths, of a later version, or damaged.
+    """
+    import h5py
+
+    path = Path(path)
+    try:
+        file = h5py.File(path, "r")
+    except FileNotFoundError as err:
+        raise PathsError(message("there is no such file", where=path)) from err
+    except (OSError, RuntimeError) as err:
+        fault = "the file cannot be read" if path.is_dir() else "the file is damaged, or holds no light paths"
+        raise PathsError(message(fault, where=path, got=_first_line(err), expected=_EXPECTED)) from err
+    if file.attrs.get("format") != _FORMAT:
+        raise PathsError(message("the file holds no light paths", where=path, expected=_EXPECTED))
+    if (version := int(file.attrs.get("format_version", 0))) != _VERSION:
+        made = file.attrs.get("fluorspar", "another version")
+        raise PathsError(
+            message(
+                "the light paths are of another version",
+                where=path,
+                got=f"version {version}, written by Fluorspar {made}",
+                expected=f"version {_VERSION}",
+                fix="trace the scene again, or use the Fluorspar that wrote them",
+            )
+        )
+    try:
+        job = _job(file)
+        chunks = PathsInFile(file, path, *count_rows(job.scene))
+        _check_runs(chunks, job)
+    except (OSError, KeyError, TypeError, ValueError, IndexError, AttributeError, FluorsparError) as err:
+        got = f"{type(err).__name__}: {_first_line(err)}"
+        fix = "trace the scene again"
+        raise PathsError(
+            message("the light paths in the file are damaged", where=path, got=got, fix=fix)
+        ) from err
+    return job, chunks
+
+
+_EXPECTED = "a file written by 'fluorspar trace' or LightPaths.save"
+
+
+def _first_line(err: BaseException) -> str:
+    return str(err).partition("\n")[0]
+
+
+def _job(file: Any) -> RenderJob:
+    arrays = [file["arrays"][name][...] for name in sorted(file.get("arrays", ()))]
+    read = from_record(file["record"].asstr()[()], arrays)
+    given = dict(read["recipe"])
+    source, is_file = given.pop("source"), given.pop("is_file")
+    given["library"], given["folder"] = tuple(map(Path, given["library"])), Path(given["folder"])
+    recipe = Recipe(
+        source={} if source is None else Path(source) if is_file else source, materials={}, **given
+    )
+    scene = Scene(recipe=recipe, _nodes=_NoNodes(recipe.name), **read["scene"])  # type: ignore[arg-type]
+    return RenderJob(scene, read["grid"], _asked=scene, **read["job"])
+
+
+def _check_runs(chunks: PathsInFile, job: RenderJob) -> None:
+    """Refuse runs of pixels that do not follow one another, which would leave pixels out or write beyond the image."""
+    settings, at = job.scene.settings, 0
+    for name in chunks._groups:
+        attrs = chunks._file["chunks"][name].attrs
+        if int(attrs["first_pixel"]) != at or int(attrs["spp"]) != settings.spp or int(attrs["pixels"]) <= 0:
+            raise ValueError("runs of pixels that do not follow one another")
+        at += int(attrs["pixels"])
+    if not 0 < at <= settings.width * settings.height:
+        raise ValueError(f"paths of {at} pixels of {settings.width * settings.height}")
+
+
+def _checksum(chunk: PackedChunk) -> int:
+    checksum = 0
+    for name in ARRAYS:
+        array: Any = np.ascontiguousarray(getattr(chunk, name))
+        checksum = zlib.crc32(array.reshape(-1).view(np.uint8), checksum)
+    return checksum
+
+
+class _NoNodes:
+    """In place of the nodes of a scene whose paths come from a file."""
+
+    folders: tuple[str, ...] = ()
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def state(self) -> Any:
+        """Raise SceneError."""
+        fix = "load the scene itself with load_scene"
+        raise SceneError(message("light paths from a file hold no geometry", where=self._name, fix=fix))

@@ -1,0 +1,369 @@
+"""A scene with other spectra: lights and materials exchanged by their ids, geometry and lobes as they are.
+
+Light paths that were traced among the old ones serve the new ones.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from fluorspar.bispectral.library import material
+from fluorspar.bispectral.material import Material
+from fluorspar.colour.xyz import luminance
+from fluorspar.errors import OptionError, message
+from fluorspar.scene.lights import Light
+from fluorspar.scene.lobes.lobe import STRAIGHT, Lobe, LobeRow, Lobes
+from fluorspar.scene.lobes.rows import Coated, Luminescence, Operated, Reflection
+from fluorspar.scene.scene import Scene
+from fluorspar.scene.suggestion import did_you_mean
+from fluorspar.scene.surfaces import ABSORBS, NO_LIGHT, Surface
+from fluorspar.spectral.illuminants import illuminant, illuminants
+from fluorspar.spectral.light import sampled_or_averaged
+from fluorspar.spectral.spectrum import Spectrum
+from fluorspar.spectral.wavelengths import Wavelengths
+
+__all__ = ["LightSetting", "MaterialSetting", "exchangeable", "light_ids", "relit"]
+
+LightSetting: TypeAlias = str | os.PathLike[str] | Spectrum | float | tuple[Any, float]
+"""What a light may be given: a name or file, a spectrum, a factor, or one of the first two and a factor."""
+
+MaterialSetting: TypeAlias = str | os.PathLike[str] | Material
+
+_WHOLE = Wavelengths(300, 830, 1)  # nm, where lights are compared
+_DARK = 1e-3  # lm/W: a lamp of less is no lamp to see by
+_LM_PER_W = 683.0
+
+
+def relit(
+    scene: Scene,
+    *,
+    lights: Mapping[str, LightSetting] | None = None,
+    materials: Mapping[str, MaterialSetting] | None = None,
+    concentration: Mapping[str, float] | None = None,
+    same_luminance: bool = False,
+    library: Sequence[str | Path] = (),
+) -> Scene:
+    """Copy a scene with other lights and materials; see `LightPaths.image`.
+
+    Raises
+    ------
+    OptionError
+        If there is no such light, shape or BSDF; or if its material cannot be exchanged, or not for this one.
+    MaterialError, SpectrumError
+        If a material or light is unknown or impossible.
+
+    Examples
+    --------
+    >>> from fluorspar.scene.loading import load_scene
+    >>> box = relit(load_scene("cornell-box"), lights={"light": 0.5}, materials={"left-wall": "poster-green"})
+    >>> exchangeable(box)["left-wall"].name
+    'poster-green'
+    """
+    for name, given in (("lights", lights), ("materials", materials), ("concentration", concentration)):
+        if given is not None and not isinstance(given, Mapping):
+            raise OptionError(
+                message(f"the {name} are not readable", got=repr(given), expected="a dict, id: value")
+            )
+    table = list(scene.lights)
+    for key, setting in (lights or {}).items():
+        row = _known(key, light_ids(scene), "light")
+        table[row] = _changed_light(scene.lights[row], key, setting, same_luminance)
+    scene = replace(scene, lights=tuple(table))
+    if not materials and not concentration:
+        return scene
+    given = {key: _material(key, value, library) for key, value in (materials or {}).items()}
+    factors = {
+        key: _factor(f"concentration of '{key}'", value) for key, value in (concentration or {}).items()
+    }
+    ids = dict.fromkeys(name for surface, _, ids in _parts(scene) for name in (surface.name, *ids))
+    for key in (*given, *factors):
+        _check_material_id(scene, key, list(ids))
+    made: dict[tuple[int, float], Material] = {}
+
+    def change(surface: Surface, old: Material, ids: Sequence[str]) -> Material:
+        names = (surface.name, *ids)
+        new = next((given[name] for name in names if name in given), old)
+        factor = next((factors[name] for name in names if name in factors), 1.0)
+        return made.setdefault((id(new), factor), new.with_concentration(factor))
+
+    return _matte(scene, change) if scene.lobes is None else _general(scene, scene.lobes, change)
+
+
+_Change: TypeAlias = Callable[[Surface, Material, Sequence[str]], Material]
+
+
+def light_ids(scene: Scene) -> dict[str, int]:
+    """Names by which lights can be changed, and their rows: their ids, and those of the shapes that they are on."""
+    rows = {light.name: row for row, light in enumerate(scene.lights)}
+    return {surface.name: surface.light for surface in scene.surfaces if surface.light != NO_LIGHT} | rows
+
+
+def exchangeable(scene: Scene) -> dict[str, Material | str]:
+    """What can be given another material: shapes and BSDFs by their ids, with their material, or why they cannot.
+
+    Examples
+    --------
+    >>> from fluorspar.scene.loading import load_scene
+    >>> found = exchangeable(load_scene("cornell-box"))
+    >>> found["left-wall"].name, found["light"].name
+    ('poster-red', 'luminaire-78')
+    """
+    found: dict[str, Material | str] = {}
+    for surface in scene.surfaces:
+        reason = _why_not(scene, surface)
+        found[surface.name] = reason or next(old for part, old, _ in _parts(scene) if part is surface)
+    for _, old, ids in _parts(scene):
+        for name in ids:
+            found.setdefault(name, old)
+    return found
+
+
+def _why_not(scene: Scene, surface: Surface) -> str:
+    """Why the material of a surface cannot be exchanged by the id of the surface; "" if it can."""
+    found = {id(old): ids for part, old, ids in _parts(scene) if part is surface}
+    if len(found) > 1:
+        return f"it has several: name one of the BSDFs {_listed(found.values())}"
+    if found:
+        return ""
+    lobes = (
+        None
+        if scene.lobes is None
+        else [lobe for side in scene.lobes.of_surface[surface.node] for lobe in side]
+    )
+    if not lobes and surface.front == ABSORBS and surface.back == ABSORBS:
+        return "it has no BSDF and absorbs all light"
+    if any(lobe.texture >= 0 for lobe in lobes or ()):
+        return "its colour is a texture"
+    return (
+        "its colour is that of a metal"
+        if any(lobe.angles for lobe in lobes or ())
+        else "it has no colour of its own"
+    )
+
+
+def _parts(scene: Scene) -> Iterator[tuple[Surface, Material, tuple[str, ...]]]:
+    """Go through the materials of surfaces that can be exchanged, with the ids of their BSDFs."""
+    of_material = {id(scene.materials[row]): ids for row, ids in scene.bsdf_ids.items()}
+    for surface in scene.surfaces:
+        if scene.lobes is None:
+            for row in dict.fromkeys((surface.front, surface.back)):
+                if row != ABSORBS:
+                    yield surface, scene.materials[row], scene.bsdf_ids.get(row, ())
+        else:
+            found = {}
+            for side in scene.lobes.of_surface[surface.node]:
+                for lobe in side:
+                    if (base := _base(scene.lobes, lobe)) is not None:
+                        found[id(base)] = base
+            for key, base in found.items():
+                yield surface, base, of_material.get(key, ())
+
+
+def _base(lobes: Lobes, lobe: Lobe) -> Material | None:
+    """The material that a lobe has its spectrum from, if it has it from one alone."""
+    if lobe.row == 0 or lobe.texture >= 0 or lobe.angles:
+        return None
+    row = lobes.rows[lobe.row]
+    return row if isinstance(row, Material) else getattr(row, "base", None)
+
+
+def _matte(scene: Scene, change: _Change) -> Scene:
+    """A scene of matte surfaces with other materials."""
+    table = list(scene.materials)
+    bsdf_ids = dict(scene.bsdf_ids)
+
+    def row(surface: Surface, before: int) -> int:
+        if before == ABSORBS:
+            return ABSORBS
+        ids = scene.bsdf_ids.get(before, ())
+        new = change(surface, scene.materials[before], ids)
+        if new is scene.materials[before]:
+            return before
+        table.append(new)
+        bsdf_ids[len(table) - 1] = ids
+        return len(table) - 1
+
+    surfaces = []
+    for surface in scene.surfaces:
+        front = row(surface, surface.front)
+        back = front if surface.back == surface.front else row(surface, surface.back)
+        surfaces.append(replace(surface, front=front, back=back))
+    # What is on no surface any more goes: the excitation of its dyes is not to be computed.
+    used = sorted({side for s in surfaces for side in (s.front, s.back)} - {ABSORBS}) or [0]
+    new_row = {ABSORBS: ABSORBS} | {row: number for number, row in enumerate(used)}
+    return replace(
+        scene,
+        materials=tuple(table[row] for row in used),
+        surfaces=tuple(replace(s, front=new_row[s.front], back=new_row[s.back]) for s in surfaces),
+        bsdf_ids={new_row[row]: ids for row, ids in bsdf_ids.items() if row in new_row},
+    )
+
+
+def _general(scene: Scene, lobes: Lobes, change: _Change) -> Scene:
+    """A scene of general surfaces with other materials; the lobes are the same, of other spectra."""
+    rows, first = list(lobes.rows), len(lobes.rows)
+    ids_of = {id(scene.materials[row]): ids for row, ids in scene.bsdf_ids.items()}
+    ids_of_new: dict[int, tuple[str, ...]] = {}
+    number: dict[tuple[int, int], int] = {}
+
+    def changed(surface: Surface, side: tuple[Lobe, ...], lobe: Lobe) -> Lobe:
+        base = _base(lobes, lobe)
+        if base is None:
+            return lobe
+        new = change(surface, base, ids_of.get(id(base), ()))
+        if new is base:
+            return lobe
+        row = lobes.rows[lobe.row]
+        if new.fluorescent and not _takes_dyes(row, side):
+            raise OptionError(
+                message(
+                    f"'{surface.name}' cannot get a fluorescent material: its gloss has no equation for it",
+                    got=new.name,
+                    expected="a material without fluorescence",
+                    fix="make its BSDF a 'fluorescent' one with int_ior, and trace again",
+                )
+            )
+        ids_of_new[id(new)] = ids_of.get(id(base), ())
+        if (lobe.row, id(new)) not in number:
+            number[lobe.row, id(new)] = len(rows)
+            rows.append(new if isinstance(row, Material) else replace(row, base=new))  # type: ignore[type-var]
+        return replace(lobe, row=number[lobe.row, id(new)])
+
+    of_surface = {
+        surface.node: tuple(
+            tuple(changed(surface, side, lobe) for lobe in side) for side in lobes.of_surface[surface.node]
+        )
+        for surface in scene.surfaces
+    }
+    more = len(rows) - first
+
+    def behind(side: tuple[Lobe, ...]) -> tuple[Lobe, ...]:
+        """Rows of texels come behind all others."""
+        return tuple(
+            replace(lobe, row=lobe.row + more) if lobe.texture >= 0 and lobe.row >= first else lobe
+            for lobe in side
+        )
+
+    placed = {node: (behind(front), behind(back)) for node, (front, back) in of_surface.items()}
+    new_lobes = replace(lobes, rows=tuple(rows), of_surface=placed)
+    # What is on no surface any more goes: the excitation of its dyes is not to be computed.
+    parts = {id(part): part for node in placed for kind, part in new_lobes.parts(node) if kind == "material"}
+    ids = ids_of_new | ids_of
+    table = tuple(parts.values())
+    return replace(
+        scene,
+        materials=table,
+        lobes=new_lobes,
+        bsdf_ids={row: ids[id(part)] for row, part in enumerate(table) if id(part) in ids},
+    )
+
+
+def _is_relative(given: str) -> bool:
+    return given.strip().casefold() in map(str.casefold, illuminants())
+
+
+def _takes_dyes(row: LobeRow, side: tuple[Lobe, ...]) -> bool:
+    """Whether what a lobe makes of a material is defined for luminescence."""
+    if isinstance(row, Operated):
+        return False
+    if isinstance(row, (Coated, Luminescence, Reflection)):
+        return True
+    glossy = [lobe for lobe in side if lobe.row == 0 and lobe.channel != STRAIGHT]
+    return not glossy and isinstance(row, Material)
+
+
+def _check_material_id(scene: Scene, key: str, ids: Sequence[str]) -> None:
+    """Refuse an id of no material that can be exchanged, and one of several."""
+    surface = next((surface for surface in scene.surfaces if surface.name == key), None)
+    if surface is not None and (reason := _why_not(scene, surface)):
+        raise OptionError(
+            message(
+                f"the material of '{key}' cannot be exchanged: {reason}", expected=f"one of {', '.join(ids)}"
+            )
+        )
+    if key not in ids:
+        raise OptionError(
+            message(
+                f"there is no shape or BSDF '{key}' whose material can be exchanged",
+                expected=f"one of {', '.join(ids) or '(none)'}",
+                fix=did_you_mean(key, ids),
+            )
+        )
+
+
+def _material(key: str, given: MaterialSetting, library: Sequence[str | Path]) -> Material:
+    if isinstance(given, Material):
+        return given
+    if isinstance(given, str | os.PathLike):
+        return material(given if isinstance(given, str) else Path(given), library)
+    expected = "a Material, a name or mixture from the library, or a file"
+    raise OptionError(message("this is not a material", where=key, got=repr(given), expected=expected))
+
+
+def _factor(what: str, given: object) -> float:
+    if isinstance(given, (bool, str)) or not np.isscalar(given) or not 0 <= float(given) < np.inf:  # type: ignore[arg-type]
+        raise OptionError(
+            message(f"the {what} is impossible", got=repr(given), expected="a number of 0 or more")
+        )
+    return float(given)  # type: ignore[arg-type]
+
+
+def _changed_light(light: Light, key: str, setting: LightSetting, same_luminance: bool) -> Light:
+    """A light with another spectrum, or brightness."""
+    given, factor = setting if isinstance(setting, tuple) and len(setting) == 2 else (setting, 1.0)
+    factor = _factor(f"factor of light '{key}'", factor)
+    old = light.spectrum
+    if isinstance(given, Spectrum):
+        new, relative = given, same_luminance
+    elif isinstance(given, str | os.PathLike):
+        new, relative = illuminant(str(given)), same_luminance or _is_relative(str(given))
+    elif given is None:
+        new, relative = old, False
+    else:
+        new, relative, factor = old, False, factor * _factor(f"factor of light '{key}'", given)
+    if (new.values < 0).any():
+        raise OptionError(
+            message(
+                f"light '{key}' is negative",
+                got=float(new.values.min()),
+                expected="0 or more at all wavelengths",
+            )
+        )
+    if relative:
+        factor *= _brightness(old, new, key)
+    return replace(light, spectrum=replace(new, values=new.values * factor, name=new.name or old.name))
+
+
+def _brightness(old: Spectrum, new: Spectrum, key: str) -> float:
+    """Factor that gives a lamp the luminance of another, or the power if one of them is hardly visible."""
+    spectra = [sampled_or_averaged(spectrum, _WHOLE)[0] for spectrum in (old, new)]
+    power = [float(values.sum()) for values in spectra]
+    visible = [float(luminance(values, _WHOLE)) for values in spectra]
+    by = visible if all(y > _DARK * _LM_PER_W * p for y, p in zip(visible, power, strict=True)) else power
+    if by[1] <= 0:
+        raise OptionError(
+            message(f"the new light '{key}' is dark from {_WHOLE.start:g} to {_WHOLE.stop:g} nm")
+        )
+    return by[0] / by[1]
+
+
+def _known(key: str, rows: Mapping[str, int], what: str) -> int:
+    if key in rows:
+        return rows[key]
+    raise OptionError(
+        message(
+            f"there is no {what} '{key}'",
+            expected=f"one of {', '.join(rows)}",
+            fix=did_you_mean(key, list(rows)),
+        )
+    )
+
+
+def _listed(ids: Any) -> str:
+    return ", ".join(dict.fromkeys(name for names in ids for name in names[-1:])) or "(they have no ids)"
