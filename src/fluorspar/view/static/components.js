@@ -16,7 +16,7 @@ const PRESETS = [
   ["Luminescent", [2, 4, 5], "Light that luminesced once, 2 + 4 + 5: the paper's Figure 12"],
   ["Direct", [1, 2], "Light of the sources, reflected or luminesced at once, 1 + 2"],
   ["Indirect", [3, 4, 5], "Light that came by another surface, 3 + 4 + 5"],
-  ["≤ 1 lum.", [0, 1, 2, 3, 4, 5], "Light that luminesced at most once, 0 to 5: the paper's Eq. 13"],
+  ["0–5", [0, 1, 2, 3, 4, 5], "Light that luminesced at most once, 0 to 5: the paper's Eq. 13"],
 ];
 
 const weightOf = (weights, name) => weights[name] ?? 1;
@@ -63,8 +63,12 @@ export function componentsPanel(node, { store, about }) {
     return { item, picture, share, bar, weight, eye };
   }
 
+  let built = "";
   function build() {
     const { components = [] } = about.source(store.view.source);
+    const key = JSON.stringify([store.view.source, components]);
+    if (key === built) return; // a scene that is refined keeps its rows, and a slider its pointer
+    built = key;
     rows = Object.fromEntries(components.map((component) => [component.name, row(component)]));
     list.replaceChildren(...Object.values(rows).map(({ item }) => item));
     const numbers = components.map(({ number }) => number);
@@ -115,7 +119,6 @@ export function componentsPanel(node, { store, about }) {
 
   about.addEventListener("change", () => {
     build();
-    asked = null;
     refresh();
   });
   store.watch(({ view }) => view.source, build);

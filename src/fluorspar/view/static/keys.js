@@ -19,25 +19,19 @@ const ON_PICTURE = [
 
 const isField = (node) => node.matches("input:not([type=range], [type=checkbox]), select, textarea");
 
-/** `bindings`: [[keys shown, meaning, matches(event), act]]. */
+/** `bindings`: as `shortcuts` gives them. */
 export function listenToKeys(bindings) {
   document.addEventListener("keydown", (event) => {
     if (document.querySelector("dialog[open]")) return;
     if (isField(event.target) && !event.altKey && !event.ctrlKey && !event.metaKey) return;
     // in a text field Ctrl+Z undoes typing
     if (event.target.matches("input[type=text], input[type=search]") && !event.altKey) return;
-    const found = bindings.find(([, , matches]) => matches(event));
+    const found = bindings.flatMap(([, , pairs]) => pairs).find(([matches]) => matches(event));
     if (!found) return;
     event.preventDefault();
-    found[3]();
+    found[1]();
   });
 }
-
-const plain = (event) => !event.ctrlKey && !event.metaKey && !event.altKey;
-export const key = (...names) => (event) => plain(event) && names.includes(event.key);
-export const control = (name, shift) => (event) =>
-  (event.ctrlKey || event.metaKey) && !event.altKey && event.shiftKey === shift && event.key.toLowerCase() === name;
-export const alt = (name) => (event) => event.altKey && !event.ctrlKey && event.code === `Digit${name}`;
 
 export function showKeys(bindings) {
   const table = (title, rows) => h("section", {}, h("h3", {}, title), h("table", {}, rows.map(([keys, meaning]) => h("tr", {}, h("th", { scope: "row" }, h("kbd", {}, keys)), h("td", {}, meaning)))));

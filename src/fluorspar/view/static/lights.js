@@ -96,6 +96,12 @@ function lightCard(light, { store, about }) {
     spark.put(answer);
   });
 
+  // an address may name a file of another session
+  const isKnown = (kind) => {
+    if (kind?.upload) return uploadsOf("light").some((file) => file.id === kind.upload);
+    return !kind?.name || about.library.illuminants.some((each) => each.name === kind.name);
+  };
+
   let drawn = "";
   function put() {
     const { factor: now, spectrum } = mine();
@@ -109,14 +115,11 @@ function lightCard(light, { store, about }) {
         ["curve", "Drawn by hand…"],
         [UPLOAD, "From a file…"],
         { group: "Files", entries: uploadsOf("light").map((file) => [{ upload: file.id }, file.name]) },
+        ...(isKnown(kind) ? [] : [[kind, spectrum.name ?? "A file of before"]]),
         { group: "Library", entries: about.library.illuminants.map((each) => [{ name: each.name }, each.name]) },
       ],
       kind,
     );
-    if (select.selectedIndex < 0) {
-      select.append(h("option", { value: JSON.stringify(kind) }, spectrum?.name ?? "A file of before"));
-      select.value = JSON.stringify(kind);
-    }
     for (const [of, detail] of Object.entries(details)) detail.hidden = of !== kind;
     if (spectrum?.blackbody) kelvin.put(spectrum.blackbody);
     if (spectrum?.gaussian) [centre, width].forEach((each, index) => each.put(spectrum.gaussian[index]));

@@ -8,9 +8,10 @@ import { Frames } from "./frames.js";
 import { Hovered } from "./hover.js";
 import { icon } from "./icons.js";
 import { infoPanel } from "./info.js";
-import { alt, control, key, listenToKeys, showKeys } from "./keys.js";
+import { listenToKeys, showKeys } from "./keys.js";
 import { relightPanel } from "./relight.js";
 import { savePanel } from "./save.js";
+import { shortcuts } from "./shortcuts.js";
 import { spectrumPanel } from "./spectrum.js";
 import { Stage } from "./stage.js";
 import { hashOf, stateOf, Store } from "./state.js";
@@ -83,13 +84,13 @@ async function start() {
   takeHash();
   const frames = new Frames(store, (id) => about.generation(id));
   const stage = new Stage(part("picture-place"), store, frames);
-  const context = { store, about, stage, frames, report };
+  const context = { store, about, stage, frames, report, help: () => showKeys(bindings) };
   stageTools(part("stage-tools"), stage);
   compareStrip(part("strip"), store, frames, about);
   const hovered = new Hovered(stage, store, frames, part("readout"));
   const panel = tabs(store, TABS);
   part("panel").append(...panel.nodes);
-  const tools = toolbar(part("toolbar"), { ...context, help: () => showKeys(bindings) });
+  const tools = toolbar(part("toolbar"), context);
   componentsPanel(panel.pages.components, context);
   spectrumPanel(panel.pages.spectrum, { ...context, hovered });
   relightPanel(panel.pages.relight, context, (is) => panel.show("relight", is));
@@ -97,40 +98,8 @@ async function start() {
   infoPanel(panel.pages.info, context);
   statusLine(part("status"), context);
 
-  const modes = ["colour", "band", "standard_error", "relative_error"];
-  const onView = (edit) => () => store.change(({ view }) => edit(view));
-  const bindings = [
-    ["?", "this list", key("?"), () => showKeys(bindings)],
-    ["1 2 3 4", "colour, band, error, relative error", key("1", "2", "3", "4"), null],
-    ["E, Shift + E", "brighter, darker by half a stop", key("e", "E"), null],
-    ["N", "automatic exposure", key("n"), onView((view) => (view.exposure = null))],
-    ["G", "mark colours that sRGB cannot show", key("g"), onView((view) => (view.gamut = !view.gamut))],
-    ["W", "pick a white pixel", key("w"), () => tools.white.pick()],
-    ["C", "keep what you see as B, to compare", key("c"), () => tools.compare.keep()],
-    ["X", "stop comparing", key("x"), () => store.change((state) => (state.other = null))],
-    ["F, Z", "whole picture, 1:1", key("f", "z"), null],
-    ["+, −", "zoom", key("+", "=", "-"), null],
-    ["V, B", "drag moves, drag draws a region", key("v", "b"), null],
-    ["P", "to the picture, for its keys", key("p"), () => stage.canvas.focus()],
-    ["Alt + 1 … 5", "tabs of the panel", (event) => TABS.some((_, index) => alt(index + 1)(event)), null],
-    ["Ctrl + Z", "undo", control("z", false), () => store.undo()],
-    ["Ctrl + Shift + Z", "redo", control("z", true), () => store.redo()],
-    ["Ctrl + Y", "redo", control("y", false), () => store.redo()],
-  ];
-  // one line of the list, several keys
-  const several = [
-    ...modes.map((mode, index) => [key(`${index + 1}`), () => tools.setMode(mode)]),
-    [key("e"), () => tools.exposure.step(0.5)],
-    [key("E"), () => tools.exposure.step(-0.5)],
-    [key("f"), () => stage.fit()],
-    [key("z"), () => stage.actual()],
-    [key("+", "="), () => stage.zoom(1.5)],
-    [key("-"), () => stage.zoom(1 / 1.5)],
-    [key("v"), () => (stage.tool = "pan")],
-    [key("b"), () => (stage.tool = "region")],
-    ...TABS.map(([name], index) => [alt(index + 1), () => store.change((state) => (state.panel = name), { quiet: true })]),
-  ];
-  listenToKeys([...several.map(([matches, act]) => ["", "", matches, act]), ...bindings.filter(([, , , act]) => act)]);
+  const bindings = shortcuts(context, tools, TABS.map(([name]) => name));
+  listenToKeys(bindings);
   about.addEventListener("change", () => frames.refresh());
 }
 

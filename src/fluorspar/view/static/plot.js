@@ -44,14 +44,13 @@ export class Plot {
     const axes = svg("g", { class: "axes" });
     for (const nm of ticks(x[0], x[1], 7)) {
       axes.append(svg("line", { x1: across(nm), x2: across(nm), y1: top, y2: height - bottom }));
-      axes.append(svg("text", { x: across(nm), y: height - bottom + 13, "text-anchor": "middle" }, `${nm}`));
+      axes.append(svg("text", { x: across(nm), y: height - bottom + 13, "text-anchor": "middle" }, axes.querySelector("text") ? `${nm}` : `${nm} nm`));
     }
     for (const value of ticks(y[0], y[1], 5)) {
       axes.append(svg("line", { x1: left, x2: width - right, y1: up(value), y2: up(value) }));
       axes.append(svg("text", { x: left - 4, y: up(value) + 3.5, "text-anchor": "end" }, shown(value, 3)));
     }
     axes.append(svg("text", { class: "unit", x: 2, y: 11 }, unit));
-    axes.append(svg("text", { class: "unit", x: left - 4, y: height - bottom + 13, "text-anchor": "end" }, "nm"));
     const inside = svg("g", { "clip-path": `url(#${this.#clip})` });
     for (const layer of layers) {
       if (layer.low) {

@@ -95,20 +95,25 @@ export function spectrumPanel(node, { store, about, stage, hovered }) {
   });
 
   function paint() {
-    const { pins, active, relative: isRelative, other, view } = store.state;
+    const { pins, active, relative: isRelative, other } = store.state;
     empty.hidden = pins.length > 0;
     pinned.hidden = pins.length === 0;
     chips.hidden = pins.length === 0;
     relative.checked = isRelative;
+    const focused = chips.contains(document.activeElement);
     chips.replaceChildren(
       ...pins.map((_, index) => chip(index, active)),
       pins.length < MOST_PINS ? h("button", { type: "button", class: "chip add", title: "Pin another place (Ctrl+click)", click: addPin }, "+ Pin") : "",
     );
-    draw(answers, Math.min(active, answers.a.length - 1), isRelative, view);
+    if (focused) chips.querySelector("[aria-pressed=true], .add")?.focus();
+    draw();
     tabulate(other);
   }
 
-  function draw({ a, b }, active, isRelative, view) {
+  function draw() {
+    const { view, relative: isRelative } = store.state;
+    const { a, b } = answers;
+    const active = Math.min(store.state.active, a.length - 1);
     const main = a[active];
     const shapes = [];
     const lines = [];
@@ -189,7 +194,7 @@ export function spectrumPanel(node, { store, about, stage, hovered }) {
 
   hovered.addEventListener("spectrum", () => {
     under = hovered.spectrum;
-    if (store.state.panel === "spectrum") paint();
+    if (store.state.panel === "spectrum") draw();
   });
   about.addEventListener("change", refresh);
   store.watch(

@@ -12,7 +12,8 @@ import { percent } from "./numbers.js";
 import { nextTheme } from "./theme.js";
 import { whiteMenu } from "./white.js";
 
-const MODES = [
+/** [mode of a view, label, meaning] */
+export const MODES = [
   ["colour", "Colour", "As an eye sees it (1)"],
   ["band", "Band", "The mean radiance of a band, in false colour (2)"],
   ["standard_error", "Error", "The standard error of the band's mean (3)"],
