@@ -4,20 +4,33 @@ from __future__ import annotations
 
 from functools import cache
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, message
-from fluorspar.image.dataset import row_blocks
+from fluorspar.image.dataset import names_of, row_blocks, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import unit_of_image
 from fluorspar.view.questions import View
-from fluorspar.view.weighting import weighted
+from fluorspar.view.weighting import error_of, factors_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["MAPS", "coloured", "layer_of", "stops"]
 
-MAPS = {"band": "viridis", "standard_error": "magma", "relative_error": "magma", "difference": "magma"}
+MAPS = {
+    "band": "viridis",
+    "standard_error": "magma",
+    "relative_error": "magma",
+    "difference": "magma",
+    "matrix": "viridis",
+}
 """Matplotlib's colour map of each kind of number."""
+
+Array = NDArray[np.float64]
 
 _TOP = 99.0  # percentile at which colours end: lamps must not take all of them
 _MISSING = (51, 51, 51)
@@ -45,31 +58,47 @@ def layer_of(image: SpectralImage, view: View) -> tuple[NDArray[np.float64], str
     OptionError
         If no wavelength is in the band, or the standard error is not known.
     """
+    factors_of(image, view.weights)  # says so if there is no such component
     at = image.wavelengths.values
     first, last = sorted(view.band) if view.band else (at[0], at[-1])
     inside = np.flatnonzero((at >= first - _WITHIN) & (at <= last + _WITHIN))
     if not inside.size:
         got, expected = f"{first:g} to {last:g} nm", f"within {image.wavelengths}"
         raise OptionError(message("no wavelength of the image is in the band", got=got, expected=expected))
-    radiance, error = (np.full(image.size[::-1], np.nan) for _ in range(2))
-    if view.mode != "band" and "standard_error" not in weighted(image, view.weights).dataset:
-        held = "standard_error" in image.dataset
-        fault = "the standard error of components of different weights is not known" if held else ""
-        fix = "give all components the same weight" if held else "render with more than one sample per pixel"
-        raise OptionError(message(fault or "the image holds no standard error", fix=fix))
-    bands = slice(int(inside[0]), int(inside[-1]) + 1)
-    for rows in row_blocks(image.dataset):
-        part = weighted(image, view.weights, image.dataset.isel(y=rows, wavelength=bands))
-        if view.mode != "standard_error":
-            radiance[rows] = part.total().values.mean(axis=-1, dtype=np.float64)
-        if view.mode != "band":
-            error[rows] = part.standard_error().values.mean(axis=-1, dtype=np.float64)
+    bands = image.dataset.isel(wavelength=slice(int(inside[0]), int(inside[-1]) + 1))
     unit = unit_of_image(image)
     if view.mode == "band":
-        return radiance, unit
+        return _radiance(bands, view), unit
+    layer = error_of(image, view.weights)
+    if layer is None:
+        held = "standard_error" in image.dataset
+        fault = "the standard error of components of different weights is not known"
+        fix = "give all components the same weight" if held else "render with more than one sample per pixel"
+        raise OptionError(message(fault if held else "the image holds no standard error", fix=fix))
+    variable, component, factor = layer
+    error = _mean(bands, variable, component, factor)
     if view.mode == "standard_error":
         return error, unit
+    radiance = _radiance(bands, view)
     return np.divide(error, radiance, out=np.full_like(error, np.nan), where=radiance > 0), "1"
+
+
+def _radiance(bands: xr.Dataset, view: View) -> Array:
+    """Mean over bands of the weighted total, ndarray of shape (Y, X)."""
+    total = np.zeros((bands.sizes["y"], bands.sizes["x"]))
+    for name in names_of(bands):
+        if view.weight(name):
+            total += _mean(bands, "radiance", name, view.weight(name))
+    return total
+
+
+def _mean(bands: xr.Dataset, variable: str, component: str | None, factor: float) -> Array:
+    """Mean over bands times a factor, ndarray of shape (Y, X)."""
+    count = bands.sizes["wavelength"]
+    share = np.full(count, factor / count, np.float32)
+    return np.concatenate(
+        [values_of(bands, variable, rows, component) @ share for rows in row_blocks(bands)], dtype=np.float64
+    )
 
 
 def coloured(
@@ -100,8 +129,8 @@ def coloured(
     known = values[np.isfinite(values)]
     if limits is None:
         low = min(0.0, float(known.min())) if known.size else 0.0
-        high = float(np.percentile(known, _TOP)) if known.size else 1.0
-        limits = (low, high if high > low else max(float(known.max()) if known.size else 1.0, low + 1e-30))
+        tops = (float(np.percentile(known, _TOP)), float(known.max())) if known.size else ()
+        limits = (low, next((top for top in tops if top > low), low + 1.0))
     low, high = limits
     if not low < high:
         expected = "two numbers, the first one smaller"

@@ -8,13 +8,15 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.image.components import select
-from fluorspar.image.display.appearance import xyz_of
+from fluorspar.image.display.appearance import auto_exposure, xyz_of
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.view.weighting import factors_of
 
 __all__ = ["KeptImage"]
 
 Array = NDArray[np.float64]
+
+_MOST_EXPOSURES = 100
 
 
 class KeptImage:
@@ -36,6 +38,7 @@ class KeptImage:
         self.image, self.generation = image, generation
         self.notes: tuple[str, ...] = ()
         self._xyz: dict[tuple[str, ...], Array] = {}
+        self._exposures: dict[tuple[object, ...], float] = {}
         self._lock = threading.Lock()
 
     def add_notes(self, notes: Iterable[str]) -> None:
@@ -68,16 +71,26 @@ class KeptImage:
         lit : ndarray of shape (Y, X, 3)
         source : ndarray of shape (Y, X, 3), or 0 if there is none
         """
+        factors = factors_of(self.image, weights)
         held = self.image.components
-        select(list(weights), held) if weights else None  # says so if there is no such component
         lit = tuple(name for name in held if name != "source") or held
-        if all(weights.get(name, 1.0) == 1.0 for name in lit):
+        if all(factors[name] == 1.0 for name in lit):
             sum_of_lit = self.xyz(lit)
         else:
             sum_of_lit = np.zeros((*self.image.shape[1:3], 3))
             for name in lit:
-                if (weight := weights.get(name, 1.0)) != 0:
-                    sum_of_lit += weight * self.xyz((name,))
-        if len(lit) == len(held):
-            return sum_of_lit, 0.0
-        return sum_of_lit, weights.get("source", 1.0) * self.xyz(("source",))
+                if factors[name]:
+                    sum_of_lit += factors[name] * self.xyz((name,))
+        return sum_of_lit, 0.0 if lit == held else factors["source"] * self.xyz(("source",))
+
+    def exposure(self, lit: Array, *of: object) -> float:
+        """The exposure of XYZ without visible lamps, known for as long as `of` says what they are of."""
+        with self._lock:
+            known = self._exposures.get(of)
+        if known is None:
+            known = auto_exposure(lit)
+            with self._lock:
+                if len(self._exposures) >= _MOST_EXPOSURES:
+                    self._exposures.clear()
+                self._exposures[of] = known
+        return known

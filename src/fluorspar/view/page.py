@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from importlib.resources import files
 
 from fastapi import Response
@@ -27,18 +26,10 @@ def page_file(name: str) -> Response:
     HTTPException
         404 if it is none of them: names are looked up in a list, not on the disk.
     """
-    if name not in _names():
-        raise HTTPException(404, "no such file of the page")
-    kind = _KINDS[f".{name.rpartition('.')[2]}"]
-    return Response(_folder().joinpath(name).read_bytes(), media_type=kind)
+    kind = _KINDS.get(f".{name.rpartition('.')[2]}")
+    for file in (files("fluorspar.view") / "static").iterdir():
+        if file.name == name and kind is not None:
+            return Response(file.read_bytes(), media_type=kind)
+    raise HTTPException(404, "no such file of the page")
 
 
-def _folder():  # type: ignore[no-untyped-def]
-    return files("fluorspar.view") / "static"
-
-
-@cache
-def _names() -> frozenset[str]:
-    return frozenset(
-        file.name for file in _folder().iterdir() if f".{file.name.rpartition('.')[2]}" in _KINDS
-    )

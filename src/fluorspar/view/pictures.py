@@ -91,7 +91,10 @@ def exposed(kept: KeptImage, view: View, white: Array | None) -> tuple[Array, fl
     if white is not None:
         lit = adapt_to_d65(lit, white)
         source = source if isinstance(source, float) else adapt_to_d65(source, white)
-    return lit + source, view.exposure or auto_exposure(lit)
+    if view.exposure is not None:
+        return lit + source, view.exposure
+    of_white = None if white is None else tuple(white)
+    return lit + source, kept.exposure(lit, of_white, *sorted(view.weights.items()))
 
 
 def components_of(kept: KeptImage, view: View, white: Array | None) -> dict[str, Any]:

@@ -8,11 +8,13 @@ from fluorspar.errors import OptionError, message
 from fluorspar.image.components import TOTAL, definition
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import unit_of_image
-from fluorspar.spectral.spectrum import Spectrum
+from fluorspar.job import RenderJob
+from fluorspar.progress import Progress
 from fluorspar.view.kept_image import KeptImage
 from fluorspar.view.questions import Relight
+from fluorspar.view.turns import Turns
 
-__all__ = ["ImageSource", "Source", "described"]
+__all__ = ["ImageSource", "Source", "component_facts"]
 
 
 class Source(Protocol):
@@ -33,17 +35,26 @@ class Source(Protocol):
     def generation(self) -> int:
         """Grows whenever pictures are worth asking for again."""
 
-    def image(self, relight: Relight, coarse: bool, before: KeptImage | None) -> KeptImage:
-        """The image under other lights, with other materials; `before` is an older one of the same."""
+    @property
+    def job(self) -> RenderJob:
+        """What was traced; OptionError if nothing was."""
 
-    def light(self, relight: Relight, name: str) -> Spectrum:
-        """The spectrum of a light as it is in a view."""
+    def image(
+        self, relight: Relight, coarse: bool, before: KeptImage | None, progress: Progress | None = None
+    ) -> KeptImage:
+        """The image under other lights, with other materials; `before` is an older one of the same."""
 
     def about(self) -> dict[str, Any]:
         """What is to be said of it, but for its id."""
 
     def progress(self) -> dict[str, Any]:
         """How far its tracing is."""
+
+    def start(self, turns: Turns) -> None:
+        """Begin what goes on in the background."""
+
+    def stop(self) -> None:
+        """End it."""
 
 
 class ImageSource:
@@ -55,49 +66,59 @@ class ImageSource:
     def __init__(self, name: str, image: SpectralImage) -> None:
         self.name, self._image = name, image
 
-    def image(self, relight: Relight, coarse: bool, before: KeptImage | None) -> KeptImage:
-        """The image; its lamps are what they are."""
-        if not relight.is_nothing:
-            fix = "view a scene, or the light paths that 'fluorspar trace' keeps of it"
-            raise OptionError(message("an image cannot be relit", where=self.name, fix=fix))
-        return before or KeptImage(self._image)
+    @property
+    def job(self) -> RenderJob:
+        """An image knows no lights and no surfaces."""
+        fix = "view a scene, or the light paths that 'fluorspar trace' keeps of it"
+        raise OptionError(message("an image cannot be relit", where=self.name, fix=fix))
 
-    def light(self, relight: Relight, name: str) -> Spectrum:
-        """An image knows none."""
-        raise OptionError(message("an image knows no lights", where=self.name, got=repr(name)))
+    def image(
+        self, relight: Relight, coarse: bool, before: KeptImage | None, progress: Progress | None = None
+    ) -> KeptImage:
+        """The image; what is to be changed is refused."""
+        if not relight.is_nothing:
+            _ = self.job
+        return before or KeptImage(self._image)
 
     def about(self) -> dict[str, Any]:
         """Facts of the image."""
-        return described(self._image) | {"lights": [], "surfaces": []}
+        image = self._image
+        return {
+            "size": image.size,
+            "wavelengths": image.wavelengths.values,
+            "unit": unit_of_image(image),
+            "components": component_facts(image.components),
+            "standard_error": "standard_error" in image.dataset,
+            "partial": bool(image.attrs.get("partial")),
+            "attrs": image.attrs,
+            "lights": [],
+            "surfaces": [],
+        }
 
     def progress(self) -> dict[str, Any]:
         """Nothing goes on."""
         return {"generation": 0, "progress": None, "error": None}
 
+    def start(self, turns: Turns) -> None:
+        """Nothing begins."""
 
-def described(image: SpectralImage) -> dict[str, Any]:
-    """Facts of an image.
+    def stop(self) -> None:
+        """Nothing ends."""
+
+
+def component_facts(names: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Name, number and label of components; the number is None of an image that is not split.
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from fluorspar import Wavelengths
-    >>> described(SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths()))["size"]
-    (6, 4)
+    >>> component_facts(("total",))
+    [{'name': 'total', 'number': None, 'label': 'total'}]
     """
-    return {
-        "size": image.size,
-        "wavelengths": image.wavelengths.values,
-        "unit": unit_of_image(image),
-        "components": [
-            {
-                "name": name,
-                "number": None if name == TOTAL else definition(name).number,
-                "label": name.replace("_", " "),
-            }
-            for name in image.components
-        ],
-        "standard_error": "standard_error" in image.dataset,
-        "partial": bool(image.attrs.get("partial")),
-        "attrs": image.attrs,
-    }
+    return [
+        {
+            "name": name,
+            "number": None if name == TOTAL else definition(name).number,
+            "label": name.replace("_", " "),
+        }
+        for name in names
+    ]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import warnings
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,11 +14,17 @@ from fluorspar.colour.xyz import white_xyz
 from fluorspar.errors import FluorsparError, FluorsparWarning, message
 from fluorspar.files.memory import available_memory
 from fluorspar.spectral.illuminants import illuminant
+from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.view.image_cache import ImageCache
 from fluorspar.view.kept_image import KeptImage
+from fluorspar.view.matrices import matrix_of
 from fluorspar.view.pictures import exposed
-from fluorspar.view.questions import View, WhiteLight
+from fluorspar.view.questions import LightSetting, MatrixAsked, View, WhiteLight
+from fluorspar.view.relighting import light_of, relit_scene
+from fluorspar.view.scene_facts import material_on
 from fluorspar.view.sources import Source
+from fluorspar.view.supplies import Supplies
+from fluorspar.view.turns import Abandoned, Turns
 
 __all__ = ["UnknownSource", "Workspace"]
 
@@ -40,15 +45,25 @@ class Workspace:
     ----------
     sources : sequence of Source
         Their ids are their numbers.
-    folders : sequence of Path
-        Of materials of the user's own.
+    supplies : Supplies, optional
+        Lamps and dyes that views may name.
     """
 
-    def __init__(self, sources: Sequence[Source], folders: Sequence[Path] = ()) -> None:
+    def __init__(self, sources: Sequence[Source], supplies: Supplies | None = None) -> None:
         self.sources = {str(number): source for number, source in enumerate(sources)}
-        self.folders = tuple(folders)
-        self.making = threading.Lock()  # one image at a time has all cores
+        self.supplies = supplies or Supplies()
+        self._turns = Turns()
         self._cache = ImageCache(min(_MOST_BYTES, available_memory() // _SHARE))
+
+    def start(self) -> None:
+        """Begin what goes on in the background."""
+        for source in self.sources.values():
+            source.start(self._turns)
+
+    def close(self) -> None:
+        """End it."""
+        for source in self.sources.values():
+            source.stop()
 
     def source(self, name: str) -> Source:
         """The source of an id.
@@ -63,21 +78,33 @@ class Workspace:
             raise UnknownSource(message("there is no such source", got=repr(name), expected=known))
         return self.sources[name]
 
-    def image(self, view: View) -> KeptImage:
-        """The image of a view, made now unless it was asked for before."""
+    def image(self, view: View, abandoned: threading.Event | None = None) -> KeptImage:
+        """The image of a view, made now unless it was asked for before.
+
+        Raises
+        ------
+        Abandoned
+            If the event comes before it is done.
+        FluorsparError
+            If it cannot be made.
+        """
         source = self.source(view.source)
         coarse = view.coarse and source.kind != "image"
         key = (view.source, view.relight.key, str(coarse))
-        with self.making:
+
+        def progress(done: int, whole: int) -> None:
+            if abandoned is not None and abandoned.is_set():
+                raise Abandoned
+
+        with self._turns.looking(abandoned):
             kept = self._cache.get(key)
             if kept is not None and kept.generation == source.generation:
                 return kept
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always", FluorsparWarning)
-                made = source.image(view.relight, coarse, kept)
-            made.add_notes(
-                str(each.message) for each in caught if issubclass(each.category, FluorsparWarning)
-            )
+                made = source.image(view.relight, coarse, kept, progress)
+            texts = [str(each.message) for each in caught if issubclass(each.category, FluorsparWarning)]
+            made.add_notes([*(kept.notes if kept else ()), *texts])
             return self._cache.put(key, made)
 
     def white(self, view: View) -> Array | None:
@@ -88,10 +115,20 @@ class Workspace:
             return np.array(view.white)
         grid = self.image(view).image.wavelengths
         if isinstance(view.white, WhiteLight):
-            light = self.source(view.source).light(view.relight, view.white.light)
+            light = self.light(view.source, view.white.light, view.relight.lights.get(view.white.light))
         else:
             light = illuminant(view.white)
         return white_xyz(light.on(grid, outside="hold"), grid)
+
+    def light(self, source: str, name: str, setting: LightSetting | None) -> Spectrum:
+        """The spectrum of a light of a source as it is set."""
+        return light_of(self.source(source).job.scene, name, setting, self.supplies)
+
+    def matrix(self, asked: MatrixAsked) -> dict[str, Any]:
+        """The Donaldson matrix of a surface in a view."""
+        job = self.source(asked.source).job
+        scene = relit_scene(job.scene, asked.relight, self.supplies)
+        return matrix_of(material_on(scene, asked.surface, asked.side), job.computed_grid)
 
     def white_of_lab(self, view: View) -> Array:
         """The white of CIELAB where no region is the white: that of the picture, D65 unless it is adapted."""
