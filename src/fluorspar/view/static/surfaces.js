@@ -10,7 +10,8 @@ import { chooseFile, uploaded, uploadsOf } from "./uploads.js";
 function surfaceCard(surface, { store, about }) {
   const { id } = surface;
   const fault = notice();
-  const own = surface.front ?? surface.back;
+  const known = (name) => about.library.materials.find((material) => material.name === name);
+  const own = { name: "as in the scene", fluorescent: surface.fluorescent, ...known(surface.front ?? surface.back) };
   const setMaterial = (value) =>
     store.change(({ view }) => {
       if (value === null) delete view.relight.materials[id];
@@ -49,13 +50,12 @@ function surfaceCard(surface, { store, about }) {
 
   const described = () => {
     const value = store.view.relight.materials[id];
-    if (value === undefined) return { name: own?.label ?? own?.material ?? "as in the scene", srgb: own?.srgb, fluorescent: surface.fluorescent };
-    return uploaded.get(value) ?? about.library.materials.find(({ name }) => name === value) ?? { name: value };
+    return value === undefined ? own : (uploaded.get(value) ?? known(value) ?? { name: value });
   };
 
   function fill() {
     list.fill([
-      { value: null, name: "As in the scene", description: own?.label, srgb: own?.srgb, fluorescent: surface.fluorescent },
+      { ...own, value: null, name: "As in the scene" },
       ...uploadsOf("material").map((file) => ({ ...file, value: file.id, description: "a file" })),
       ...about.library.materials.map((material) => ({ ...material, value: material.name })),
     ]);
