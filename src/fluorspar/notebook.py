@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike
 
 __all__ = ["curve", "explore", "facts_table", "patch"]
 
-_WINDOW = "fluorspar.view.frame"  # above all that can be looked at: imported by name, and when it is asked for
+_WINDOW = (
+    "fluorspar.view.frame"  # above all that can be looked at: imported by name, and when it is asked for
+)
 _WIDTH, _HEIGHT = 240, 90
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import LibraryOption
+from fluorspar.cli.options import LibraryOption, pairs, size_of
 from fluorspar.image.formats.registry import SUFFIXES
 
 __all__ = ["view"]
@@ -39,6 +39,13 @@ def view(
     size: Annotated[
         str | None, typer.Option(metavar="WxH", help="Of scenes: size in pixels. [default: the scene's]")
     ] = None,
+    wavelengths: Annotated[
+        str, typer.Option(metavar="START:STOP:STEP", help="Of scenes: wavelength grid in nm.")
+    ] = "360:700:5",
+    define: Annotated[
+        list[str] | None,
+        typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in a scene file. May be repeated."),
+    ] = None,
 ) -> None:
     """Open a window on images, light paths and scenes: components, spectra, and other lamps and dyes."""
     import webbrowser
@@ -48,10 +55,13 @@ def view(
     check_extra()
     from fluorspar.view.opening import opened
     from fluorspar.view.server import Server
+    from fluorspar.view.supplies import Supplies
     from fluorspar.view.workspace import Workspace
 
-    workspace = Workspace(opened(what), library or [])
-    with Server(workspace, host=host, port=port) as server:
+    supplies = Supplies(tuple(library or ()))
+    options = {"spp": spp, "size": size_of(size), "wavelengths": wavelengths}
+    sources = opened(what, supplies, pairs(define or [], "-D"), **options)
+    with Server(Workspace(sources, supplies), host=host, port=port) as server:
         console.out.print(server.address, markup=False, highlight=False)
         console.note("Ctrl-C closes it")
         if not no_browser:

@@ -18,6 +18,7 @@ from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparWarning, OptionError, message
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
+from fluorspar.notebook import explore
 from fluorspar.paths.chunks import trace_chunks
 from fluorspar.paths.log import SURVIVAL, Chunk
 from fluorspar.paths.numbering import count_rows, rows_shown
@@ -215,6 +216,10 @@ class LightPaths:
             )
             for name in dark
         }
+
+    def explore(self, *, height: int = 720, port: int = 0) -> Any:
+        """Open the window of `fluorspar view` on the paths, as `SpectralImage.explore` does."""
+        return explore(self, height=height, port=port)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the paths to a file, by custom `.paths`: HDF5, with everything that images are made of.

@@ -2,28 +2,53 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import threading
+from collections.abc import Callable, Sequence
+from functools import partial
+from shutil import rmtree
 from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
+from fastapi.responses import FileResponse, JSONResponse
+from starlette.background import BackgroundTask
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp
 
 from fluorspar.errors import FluorsparError
 from fluorspar.version import __version__
+from fluorspar.view.command_line import command_of
+from fluorspar.view.curves import curve_of
+from fluorspar.view.differences import difference_of
 from fluorspar.view.false_colour import MAPS, stops
 from fluorspar.view.page import page_file
+from fluorspar.view.paths_source import NotTraced
 from fluorspar.view.pictures import components_of, picture_of
 from fluorspar.view.plain import plain
-from fluorspar.view.questions import Pinned, SpectrumAsked, View
+from fluorspar.view.questions import (
+    Compared,
+    CurveAsked,
+    MatrixAsked,
+    Pin,
+    Pinned,
+    Saved,
+    SpectrumAsked,
+    View,
+)
+from fluorspar.view.saving import KINDS, file_name, written
 from fluorspar.view.security import Gate, Guard
 from fluorspar.view.spectra import regions_of, spectrum_of, table_of
+from fluorspar.view.turns import Abandoned
+from fluorspar.view.weighting import weighted
 from fluorspar.view.workspace import UnknownSource, Workspace
 
 __all__ = ["make_app"]
+
+_AGAIN = 0.05  # seconds
+_STATUS = {UnknownSource: 404, NotTraced: 503}
 
 
 def make_app(workspace: Workspace, guard: Guard) -> ASGIApp:
@@ -61,7 +86,8 @@ def _routes(workspace: Workspace) -> APIRouter:
     @routes.get("/api/about")
     def about() -> Response:
         maps = {mode: {"name": name, "stops": stops(mode)} for mode, name in MAPS.items()}
-        return _json({"version": __version__, "sources": workspace.about(), "colour_maps": maps})
+        facts = {"version": __version__, "sources": workspace.about(), "library": workspace.supplies.menus}
+        return _json(facts | {"colour_maps": maps})
 
     @routes.get("/api/progress")
     def progress() -> Response:
@@ -69,9 +95,7 @@ def _routes(workspace: Workspace) -> APIRouter:
 
     @routes.post("/api/picture")
     async def picture(view: View, request: Request) -> Response:
-        if await request.is_disconnected():  # the slider has moved on
-            return Response(status_code=204)
-        return await run_in_threadpool(_picture, workspace, view)
+        return await _unless_abandoned(request, partial(_picture, workspace, view))
 
     @routes.post("/api/components")
     def components(view: View) -> Response:
@@ -83,28 +107,89 @@ def _routes(workspace: Workspace) -> APIRouter:
 
     @routes.post("/api/csv")
     def table(asked: Pinned) -> Response:
-        pins = {pin.name: pin.region for pin in asked.pins}
-        spectra = regions_of(workspace.image(asked), asked, pins, workspace.source(asked.source).name)
-        return _file(table_of(spectra), "text/csv; charset=utf-8", "spectra.csv")
+        return _download(_spectra(workspace, asked, asked.pins), "csv", "spectra.csv")
+
+    @routes.post("/api/compare")
+    def difference(asked: Compared) -> Response:
+        return _json(
+            difference_of(*(weighted(workspace.image(v).image, v.weights) for v in (asked.a, asked.b)))
+        )
+
+    @routes.post("/api/upload")
+    async def upload(request: Request, name: str, kind: str) -> Response:
+        added = await run_in_threadpool(workspace.supplies.uploads.add, name, kind, await request.body())
+        return _json(added.facts())
+
+    @routes.post("/api/curve")
+    def curve(asked: CurveAsked) -> Response:
+        return _json(curve_of(workspace.light(asked.source, asked.id, asked.light)))
+
+    @routes.post("/api/donaldson")
+    def donaldson(asked: MatrixAsked) -> Response:
+        return _json(workspace.matrix(asked))
+
+    @routes.post("/api/save")
+    def save(asked: Saved) -> Response:
+        kept = workspace.image(asked)
+        name = file_name(asked.name, workspace.source(asked.source).name, asked.format)
+        if asked.format == "csv":
+            return _download(_spectra(workspace, asked, asked.pins), "csv", name)
+        if asked.format == "png":
+            return _download(picture_of(kept, asked, workspace.white(asked)).png, "png", name)
+        file = written(kept, asked.format)
+        removed = BackgroundTask(rmtree, file.parent, ignore_errors=True)
+        return FileResponse(file, media_type=KINDS[asked.format], filename=name, background=removed)
+
+    @routes.post("/api/command")
+    def command(view: View) -> Response:
+        composed = command_of(workspace.source(view.source), view, workspace.supplies)
+        words = {"command": "\n".join(composed.lines), "files": composed.files, "notes": composed.notes}
+        return _json(words)
 
     return routes
 
 
-def _picture(workspace: Workspace, view: View) -> Response:
-    kept = workspace.image(view)
+async def _unless_abandoned(request: Request, answer: Callable[[threading.Event], Response]) -> Response:
+    """Answer in a thread, which stops if nobody waits any more: the slider has moved on."""
+    abandoned = threading.Event()
+
+    async def watch() -> None:
+        while not await request.is_disconnected():
+            await asyncio.sleep(_AGAIN)
+        abandoned.set()
+
+    watching = asyncio.create_task(watch())
+    try:
+        return await run_in_threadpool(answer, abandoned)
+    except Abandoned:
+        return Response(status_code=204)
+    finally:
+        watching.cancel()
+
+
+def _picture(workspace: Workspace, view: View, abandoned: threading.Event) -> Response:
+    kept = workspace.image(view, abandoned)
     drawn = picture_of(kept, view, workspace.white(view))
-    facts = drawn.facts | {"coarse": view.coarse, "generation": kept.generation}
+    coarse = view.coarse and workspace.source(view.source).kind != "image"
+    facts = drawn.facts | {"coarse": coarse, "generation": kept.generation}
     return Response(drawn.png, media_type="image/png", headers={"X-Fluorspar": json.dumps(plain(facts))})
+
+
+def _spectra(workspace: Workspace, view: View, pins: Sequence[Pin]) -> bytes:
+    """The table of regions, of the whole image if there are none."""
+    kept = workspace.image(view)
+    width, height = kept.image.size
+    regions = {pin.name: pin.region for pin in pins} or {"all": (0, 0, width - 1, height - 1)}
+    return table_of(regions_of(kept, view, regions, workspace.source(view.source).name))
 
 
 def _json(content: Any) -> Response:
     return JSONResponse(plain(content))
 
 
-def _file(content: bytes, kind: str, name: str) -> Response:
-    return Response(
-        content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'}
-    )
+def _download(content: bytes, kind: str, name: str) -> Response:
+    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(content, media_type=KINDS[kind], headers=headers)
 
 
 async def _malformed(request: Request, error: Exception) -> Response:
@@ -119,7 +204,8 @@ async def _malformed(request: Request, error: Exception) -> Response:
 async def _refused(request: Request, error: Exception) -> Response:
     if isinstance(error, MemoryError):
         return JSONResponse({"error": "the memory does not suffice"}, 400)
-    return JSONResponse({"error": str(error)}, 404 if isinstance(error, UnknownSource) else 400)
+    status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 400)
+    return JSONResponse({"error": str(error)}, status)
 
 
 async def _no_route(request: Request, error: Exception) -> Response:

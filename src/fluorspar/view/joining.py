@@ -44,7 +44,9 @@ def joined(images: Sequence[SpectralImage]) -> SpectralImage:
     for name in ("standard_error", "component_standard_error"):
         if all(name in image.dataset for image in images):
             variables[name] = _root_of_squares([image.dataset[name].values for image in images], shares)
-    dataset = first.assign({name: (first[name].dims, values, first[name].attrs) for name, values in variables.items()})
+    dataset = first.assign(
+        {name: (first[name].dims, values, first[name].attrs) for name, values in variables.items()}
+    )
     dataset.attrs = {**first.attrs, "spp": int(samples.sum())}
     dataset.attrs.pop("timings", None)
     return SpectralImage(dataset)
@@ -53,12 +55,16 @@ def joined(images: Sequence[SpectralImage]) -> SpectralImage:
 def _mean(arrays: Sequence[NDArray[np.float32]], shares: NDArray[np.float32]) -> NDArray[np.float32]:
     total = arrays[0] * shares[0]
     for part, share in zip(arrays[1:], shares[1:], strict=True):
-        for into, values in zip(total, part, strict=True):  # component by component, rather than a copy of all
+        for into, values in zip(
+            total, part, strict=True
+        ):  # component by component, rather than a copy of all
             into += share * values
     return total
 
 
-def _root_of_squares(arrays: Sequence[NDArray[np.float32]], shares: NDArray[np.float32]) -> NDArray[np.float32]:
+def _root_of_squares(
+    arrays: Sequence[NDArray[np.float32]], shares: NDArray[np.float32]
+) -> NDArray[np.float32]:
     total = np.square(arrays[0] * shares[0])
     for part, share in zip(arrays[1:], shares[1:], strict=True):
         for into, values in zip(total, part, strict=True):

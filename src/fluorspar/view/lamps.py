@@ -32,7 +32,9 @@ def lamp_of(asked: LightSpectrum, uploads: Uploads) -> Spectrum | str:
         known = {name.casefold(): name for name in illuminants()}
         if asked.name.casefold() not in known:  # a file of this computer is none of the names
             expected = ", ".join(known.values())
-            raise SpectrumError(message("there is no such illuminant", got=repr(asked.name), expected=expected))
+            raise SpectrumError(
+                message("there is no such illuminant", got=repr(asked.name), expected=expected)
+            )
         return known[asked.name.casefold()]
     if asked.blackbody is not None:
         return blackbody(asked.blackbody)

@@ -54,7 +54,9 @@ def known_material(name: str, folders: Sequence[Path]) -> Material:
     True
     """
     known = {each.casefold() for each in materials(folders)}
-    parts = [name] if name.casefold() in known else [part.rpartition(":")[0].strip() for part in name.split(",")]
+    parts = (
+        [name] if name.casefold() in known else [part.rpartition(":")[0].strip() for part in name.split(",")]
+    )
     for part in parts:
         if part.casefold() not in known:
             expected = f"a mixture A:0.3,B:0.7, or one of: {', '.join(materials(folders))}"

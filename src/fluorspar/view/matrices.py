@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from fluorspar.bispectral.material import Material
 from fluorspar.image.display.picture import png_bytes
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -33,7 +31,9 @@ def matrix_of(material: Material, grid: Wavelengths) -> dict[str, Any]:
     """
     D = material.on(grid)
     density = D.density()
-    rgb, limits = coloured(density[::-1], "matrix", (min(0.0, float(density.min())), float(density.max()) or 1.0))
+    rgb, limits = coloured(
+        density[::-1], "matrix", (min(0.0, float(density.min())), float(density.max()) or 1.0)
+    )
     return {
         "name": material.name,
         "excitation": grid.values,

@@ -31,5 +31,3 @@ def page_file(name: str) -> Response:
         if file.name == name and kind is not None:
             return Response(file.read_bytes(), media_type=kind)
     raise HTTPException(404, "no such file of the page")
-
-

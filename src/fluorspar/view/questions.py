@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 __all__ = [
-    "Commanded",
     "Compared",
     "CurveAsked",
     "LightSetting",
@@ -151,8 +150,8 @@ class CurveAsked(_Question):
     """What a setting of a light means."""
 
     light: LightSetting
-    source: Name | None = None
-    id: Name | None = None
+    source: Name
+    id: Name
 
 
 class MatrixAsked(_Question):
@@ -162,7 +161,3 @@ class MatrixAsked(_Question):
     relight: Relight = Relight()
     surface: Name
     side: Literal["front", "back"] = "front"
-
-
-class Commanded(View):
-    """The command line of a view."""

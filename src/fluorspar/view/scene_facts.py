@@ -9,11 +9,9 @@ from fluorspar.errors import OptionError, message
 from fluorspar.scene.relit import exchangeable, light_ids
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.surfaces import ABSORBS
-from fluorspar.spectral.spectrum import Spectrum
+from fluorspar.view.curves import curve_of
 
-__all__ = ["curve_of", "light_facts", "material_on", "surface_facts"]
-
-_WHOLE = (300.0, 830.0)  # nm, where a constant spectrum is drawn
+__all__ = ["light_facts", "material_on", "surface_facts"]
 
 
 def light_facts(scene: Scene) -> list[dict[str, Any]]:
@@ -36,13 +34,6 @@ def light_facts(scene: Scene) -> list[dict[str, Any]]:
         }
         for row, light in enumerate(scene.lights)
     ]
-
-
-def curve_of(spectrum: Spectrum) -> dict[str, Any]:
-    """The nodes of a spectrum."""
-    if spectrum.is_constant:
-        return {"wavelengths": _WHOLE, "values": (spectrum.values[0],) * 2}
-    return {"wavelengths": spectrum.wavelengths, "values": spectrum.values}
 
 
 def surface_facts(scene: Scene) -> list[dict[str, Any]]:

@@ -63,6 +63,7 @@ class Server:
         )
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._serve, name="fluorspar view", daemon=True)
+        workspace.start()
         self._thread.start()
         while not self._server.started and self._thread.is_alive():
             time.sleep(0.005)
@@ -78,6 +79,7 @@ class Server:
     def close(self) -> None:
         """Stop, and free the port."""
         self._server.should_exit = True
+        self.workspace.close()
         self._thread.join()
         self._socket.close()
 

@@ -9,12 +9,14 @@ import threading
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from fluorspar.bispectral.files.registry import read_material
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparError, OptionError, message
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.spectrum import Spectrum
+from fluorspar.view.curves import curve_of
 
 __all__ = ["PREFIX", "Upload", "Uploads"]
 
@@ -39,6 +41,14 @@ class Upload:
     id: str
     name: str
     content: Spectrum | Material
+
+    def facts(self) -> dict[str, Any]:
+        """What it is, for the page: the spectrum of a light, the reflectance of a material."""
+        spectrum = self.content.reflectance if isinstance(self.content, Material) else self.content
+        facts = {"id": self.id, "name": self.name} | curve_of(spectrum)
+        return (
+            facts | {"fluorescent": self.content.fluorescent} if isinstance(self.content, Material) else facts
+        )
 
 
 class Uploads:

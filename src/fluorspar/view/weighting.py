@@ -75,6 +75,8 @@ def weighted(image: SpectralImage, weights: Mapping[str, float]) -> SpectralImag
     changed["radiance"] = radiance.assign_attrs(dataset["radiance"].attrs)
     if error is not None:
         variable, component, factor = error
-        own = dataset[variable] if component is None else dataset[variable].sel(component=component, drop=True)
+        own = (
+            dataset[variable] if component is None else dataset[variable].sel(component=component, drop=True)
+        )
         changed["standard_error"] = own * factor
     return SpectralImage(changed)
