@@ -55,9 +55,9 @@ export const components = (view) => answer("components", view);
 export const spectrum = (view, region, reference = null) =>
   answer("spectrum", { ...view, region, ...(reference && { reference }) });
 export const compare = (a, b) => answer("compare", { a, b });
-export const curve = (light) => answer("curve", { light });
+export const curve = (source, id, light) => answer("curve", { source, id, light });
 export const donaldson = (source, relight, surface, side) => answer("donaldson", { source, relight, surface, side });
-export const command = async (view) => (await answer("command", view)).command;
+export const command = (view) => answer("command", view);
 
 /** The picture of a view, and what the server says of it. */
 export async function picture(view) {

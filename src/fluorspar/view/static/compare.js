@@ -56,22 +56,28 @@ export function compareStrip(node, store, frames, about) {
     (value) => store.change((state) => (state.layout = value), { quiet: true }),
   );
   const close = h("button", { type: "button", class: "plain", "aria-label": "Stop comparing", title: "Stop comparing", click: () => store.change((state) => (state.other = null)) }, "✕");
-  node.append(names, layout.node, numbers, close);
+  const [low, high] = [h("output"), h("output")];
+  const bar = h("span", { class: "bar" });
+  bar.style.background = `linear-gradient(to right, ${(about.colour_maps.difference?.stops ?? ["black", "white"]).join(", ")})`;
+  const scale = h("span", { class: "scale", title: "The colours of the map" }, low, bar, high);
+  node.append(names, layout.node, scale, numbers, close);
 
   store.watch(
     ({ other, layout: chosen, view }) => [other, chosen, view.source],
     ([other, chosen, source]) => {
       node.hidden = !other;
       layout.put(chosen);
+      scale.hidden = chosen !== "map";
       if (other) names.replaceChildren(h("b", {}, "A"), ` ${about.source(source).name}  `, h("b", {}, "B"), ` ${other.name}`);
     },
   );
   frames.addEventListener("change", () => {
     const facts = frames.difference?.facts;
-    const { mean, median, p95, max, range, error } = facts ?? {};
+    const { mean, median, p95, max, range, error, noise, text } = facts ?? {};
+    const verdict = noise?.differs === false ? "  no more than noise" : "";
     node.classList.toggle("is-fault", Boolean(error));
-    const scale = range ? `; map from ${shown(range[0], 3)} to ${shown(range[1], 3)}` : "";
-    numbers.textContent = error ?? (facts ? `ΔE00  mean ${shown(mean, 3)}  median ${shown(median, 3)}  95 % ${shown(p95, 3)}  max ${shown(max, 3)}` : "");
-    numbers.title = error ?? `CIEDE2000, lightness against one white${scale}`;
+    [low.textContent, high.textContent] = (range ?? []).map((value) => shown(value, 3));
+    numbers.textContent = error ?? (facts ? `ΔE00  mean ${shown(mean, 3)}  median ${shown(median, 3)}  95 % ${shown(p95, 3)}  max ${shown(max, 3)}${verdict}` : "");
+    numbers.title = error ?? text ?? "";
   });
 }

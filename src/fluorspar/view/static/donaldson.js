@@ -5,7 +5,8 @@ import { choice } from "./choice.js";
 import { showDialog } from "./dialog.js";
 import { h, svg } from "./element.js";
 import { notice } from "./notice.js";
-import { clamp, shown, ticks } from "./numbers.js";
+import { at, clamp, shown, ticks } from "./numbers.js";
+import { Plot } from "./plot.js";
 
 const SIZE = 360;
 const SPACE = { left: 44, bottom: 36, top: 6, right: 10 };
@@ -35,15 +36,22 @@ function drawn({ excitation, emission, matrix, png }, reading) {
 export function showDonaldson(view, surface) {
   const fault = notice();
   const picture = h("div", { class: "matrix-place" });
+  const reflectance = new Plot({ width: 414, height: 130, label: "Reflectance" });
   const reading = h("output", { class: "hint" }, "Point at the matrix to read it.");
   const sides = ["front", "back"].filter((side) => surface[side]);
   const put = async (side) => {
     buttons.put(side);
     const answer = await fault.of(() => api.donaldson(view.source, view.relight, surface.id, side));
-    if (answer) picture.replaceChildren(drawn(answer, reading));
+    if (!answer) return;
+    picture.replaceChildren(drawn(answer, reading));
+    const { emission, reflectance: values } = answer;
+    reflectance.draw({
+      x: [emission[0], emission.at(-1)], y: [0, Math.max(1, ...values)], unit: "reflectance, the matrix's diagonal",
+      layers: [{ x: emission, y: values, colour: "currentColor" }], read: (nm) => `${Math.round(nm)} nm  ${shown(at(emission, values, nm), 3)}`,
+    });
   };
   const buttons = choice("Side", sides.map((side) => [side, side, `The ${side} of the surface`]), put);
   buttons.node.hidden = sides.length < 2;
-  showDialog(`Donaldson matrix of ${surface.id}`, buttons.node, fault.node, picture, reading);
+  showDialog(`Donaldson matrix of ${surface.id}`, buttons.node, fault.node, picture, reading, reflectance.node);
   put(sides[0] ?? "front");
 }

@@ -21,6 +21,7 @@ export function exposureControl(store) {
     title: "The exposure that the picture suggests (N)",
     click: () => store.change(({ view }) => (view.exposure = view.exposure === null ? suggested : null)),
   }, "Auto");
+  stops.put(0);
   const white = h("output", { class: "hint white-at" });
   return {
     node: h("div", { class: "tool exposure" }, stops.node, auto, white),

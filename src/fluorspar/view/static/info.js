@@ -11,7 +11,12 @@ function grid(wavelengths) {
   return `${shown(wavelengths[0])}–${shown(wavelengths.at(-1))} nm${by}, ${wavelengths.length} bands`;
 }
 
-const written = (value) => (typeof value === "string" ? value : JSON.stringify(value, null, 1));
+/** Facts within facts as lines, those without a value left out. */
+function written(value) {
+  if (value === null || typeof value !== "object") return `${value}`;
+  if (Array.isArray(value)) return value.map(written).join(", ");
+  return Object.entries(value).filter(([, inner]) => inner !== "" && inner !== null).map(([key, inner]) => `${key}: ${written(inner)}`).join("\n");
+}
 
 export function infoPanel(node, { store, about, frames }) {
   const facts = h("dl", { class: "facts" });
@@ -28,7 +33,7 @@ export function infoPanel(node, { store, about, frames }) {
       components?.length && ["Components", `${components.length}`],
       ["Standard errors", known ? "yes" : "none"],
       partial && ["Partial", "some pixels were not rendered"],
-      ...Object.entries(attrs ?? {}).filter(([, value]) => value !== null && value !== "").map(([key, value]) => [key, written(value)]),
+      ...Object.entries(attrs ?? {}).map(([key, value]) => [key, written(value ?? "")]).filter(([, value]) => value),
     ];
     facts.replaceChildren(...rows.filter(Boolean).flatMap(([key, value]) => [h("dt", {}, key), h("dd", {}, value)]));
     node.querySelector(".version").textContent = about.version;

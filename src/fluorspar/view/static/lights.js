@@ -23,7 +23,7 @@ function kindOf(spectrum) {
 
 /** The card of one light. */
 function lightCard(light, { store, about }) {
-  const { id, name, plugin } = light;
+  const { id, plugin } = light;
   const fault = notice();
   const mine = () => ({ ...PLAIN, ...store.view.relight.lights[id] });
   const set = (change, live = false) =>
@@ -37,9 +37,9 @@ function lightCard(light, { store, about }) {
     );
 
   let brightness = 1; // what switching it on again gives
-  const eye = h("button", { type: "button", class: "icon plain", "aria-label": `${name} on`, click: () => set({ factor: mine().factor === 0 ? brightness : 0 }) });
+  const eye = h("button", { type: "button", class: "icon plain", "aria-label": `${id} on`, click: () => set({ factor: mine().factor === 0 ? brightness : 0 }) });
   const spark = sparkline(88, 26);
-  const select = h("select", { "aria-label": `Spectrum of ${name}` });
+  const select = h("select", { "aria-label": `Spectrum of ${id}` });
   const factor = slider({
     label: "Brightness", low: 0.05, high: 20, least: 0, most: 1e6, log: true, plain: 1, unit: "×", digits: 3,
     react: (value, live) => set({ factor: value }, live),
@@ -54,14 +54,14 @@ function lightCard(light, { store, about }) {
     set({ spectrum: { gaussian: next } }, live);
   };
   const centre = slider({ label: "Centre", low: 300, high: 780, least: 200, most: 2000, step: 1, unit: "nm", react: (value, live) => gaussian(0, value, live) });
-  const width = slider({ label: "Width, FWHM", low: 5, high: 200, least: 1, most: 1000, log: true, unit: "nm", digits: 3, react: (value, live) => gaussian(1, value, live) });
+  const width = slider({ label: "FWHM", low: 5, high: 200, least: 1, most: 1000, log: true, unit: "nm", digits: 3, react: (value, live) => gaussian(1, value, live) });
   const drawing = drawnCurve((knots, live) => set({ spectrum: { curve: knots } }, live));
   const details = { blackbody: kelvin.node, gaussian: h("div", {}, centre.node, width.node), curve: drawing.node };
 
   const node = h(
     "section",
-    { class: "card", "aria-label": `Light ${name}`, "data-light": id },
-    h("header", {}, eye, h("h3", { title: `${plugin} emitter` }, name), spark.node),
+    { class: "card", "aria-label": `Light ${id}`, "data-light": id },
+    h("header", {}, eye, h("h3", { title: `${plugin} emitter` }, id), spark.node),
     select,
     Object.values(details),
     factor.node,
@@ -90,7 +90,7 @@ function lightCard(light, { store, about }) {
   });
 
   const plotted = latest(async (setting) => {
-    const answer = setting.spectrum === null ? light.spectrum : await fault.of(() => api.curve(setting));
+    const answer = setting.spectrum === null ? light.spectrum : await fault.of(() => api.curve(store.view.source, id, setting));
     if (!answer) return;
     present = answer;
     spark.put(answer);
@@ -145,7 +145,7 @@ export function lightCards(node, context) {
   return {
     build() {
       const { lights = [] } = context.about.source(context.store.view.source);
-      cards = lights.map((light) => lightCard({ ...light, name: light.name || light.id }, context));
+      cards = lights.map((light) => lightCard(light, context));
       node.replaceChildren(...cards.map((card) => card.node));
     },
     put: () => cards.forEach((card) => card.put()),

@@ -50,7 +50,7 @@ export class Plot {
       axes.append(svg("line", { x1: left, x2: width - right, y1: up(value), y2: up(value) }));
       axes.append(svg("text", { x: left - 4, y: up(value) + 3.5, "text-anchor": "end" }, shown(value, 3)));
     }
-    axes.append(svg("text", { class: "unit", x: 2, y: 11 }, unit));
+    axes.append(svg("text", { class: "unit", x: left, y: 10 }, unit));
     const inside = svg("g", { "clip-path": `url(#${this.#clip})` });
     for (const layer of layers) {
       if (layer.low) {

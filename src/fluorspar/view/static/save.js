@@ -39,6 +39,8 @@ export function savePanel(node, { store, about }) {
     return [format, button, meaning];
   });
   const command = h("pre", { class: "command", id: commandId, tabindex: "0" });
+  const files = h("span", { class: "buttons" }); // spectra that the command reads
+  const notes = h("ul", { class: "notes hint" });
   const copied = h("span", { class: "hint", role: "status" });
   const copy = h("button", { type: "button", click: async () => (copied.textContent = (await copyText(command.textContent)) ? "Copied" : "The browser forbids to copy") }, "Copy");
 
@@ -50,7 +52,8 @@ export function savePanel(node, { store, about }) {
     saving.node,
     h("h2", {}, "The command that makes it again"),
     command,
-    h("div", { class: "buttons" }, copy, copied),
+    h("div", { class: "buttons" }, copy, files, copied),
+    notes,
     commanding.node,
   );
 
@@ -61,10 +64,13 @@ export function savePanel(node, { store, about }) {
   }
   const refresh = latest(async () => {
     if (store.state.panel !== "save" || store.live) return;
-    const text = await commanding.of(() => api.command(store.view));
-    command.textContent = text ?? "";
-    command.hidden = !text;
+    const answer = await commanding.of(() => api.command(store.view));
+    command.textContent = answer?.command ?? "";
+    command.hidden = !answer;
     copied.textContent = "";
+    const texts = Object.entries(answer?.files ?? {});
+    files.replaceChildren(...texts.map(([file, text]) => h("button", { type: "button", title: "A spectrum that the command reads", click: () => download(new Blob([text], { type: "text/csv" }), file) }, file)));
+    notes.replaceChildren(...(answer?.notes ?? []).map((note) => h("li", {}, note)));
   });
   store.watch(({ view }) => view.source, (source) => (name.value = stemOf(about.source(source).name ?? "")));
   store.watch(({ pins }) => pins.length, put);

@@ -11,7 +11,7 @@ function surfaceCard(surface, { store, about }) {
   const { id } = surface;
   const fault = notice();
   const known = (name) => about.library.materials.find((material) => material.name === name);
-  const own = { name: "as in the scene", fluorescent: surface.fluorescent, ...known(surface.front ?? surface.back) };
+  const own = { name: surface.front ?? surface.back ?? "as in the scene", srgb: surface.srgb, fluorescent: surface.fluorescent, ...known(surface.front ?? surface.back) };
   const setMaterial = (value) =>
     store.change(({ view }) => {
       if (value === null) delete view.relight.materials[id];

@@ -19,7 +19,7 @@ export function whiteMenu(store, stage, about, report) {
         [null, "White: as it is"],
         ...picked,
         [PICK, "Pick a pixel…"],
-        { group: "Light of the scene", entries: lights.map(({ id, name }) => [{ light: id }, name || id]) },
+        { group: "Light of the scene", entries: lights.map(({ id }) => [{ light: id }, id]) },
         { group: "Illuminants", entries: about.library.illuminants.map(({ name }) => [name, name]) },
       ],
       white,
