@@ -147,7 +147,7 @@ class Page:
         self.mouse("mouseMoved", *points[0])
         self.mouse("mousePressed", *points[0], button="left", clickCount=1)
         for point in points[1:]:
-            self.mouse("mouseMoved", *point, button="left")
+            self.mouse("mouseMoved", *point, button="left", buttons=1)
         if release:
             self.mouse("mouseReleased", *points[-1], button="left", clickCount=1)
 

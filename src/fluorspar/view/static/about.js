@@ -23,6 +23,14 @@ export class About extends EventTarget {
     return this.sources.find((source) => source.id === id) ?? this.sources[0] ?? {};
   }
 
+  /** What to call a source: its file's name, with the folder only where two have the same name. */
+  title(id) {
+    const { name = "" } = this.source(id);
+    const short = (full) => full.replace(/^.*[\\/]/, "");
+    const alone = this.sources.filter((source) => short(source.name) === short(name)).length < 2;
+    return alone ? short(name) : name;
+  }
+
   generation(id) {
     return this.source(id).generation ?? 0;
   }

@@ -16,7 +16,7 @@ export function compareMenu(store, about) {
     const { view } = store.state;
     const rest = about.sources.filter(({ id }) => id !== view.source);
     const before = isRelit(view) ? [[{ name: "as it was", source: view.source, relight: unchanged, weights: view.weights }, "The light as it was"]] : [];
-    return [...before, ...rest.map(({ id, name }) => [{ name, source: id, relight: unchanged, weights: {} }, name])];
+    return [...before, ...rest.map(({ id }) => [{ name: about.title(id), source: id, relight: unchanged, weights: {} }, about.title(id)])];
   };
   const fill = () => {
     const { other } = store.state;
@@ -68,7 +68,7 @@ export function compareStrip(node, store, frames, about) {
       node.hidden = !other;
       layout.put(chosen);
       scale.hidden = chosen !== "map";
-      if (other) names.replaceChildren(h("b", {}, "A"), ` ${about.source(source).name}  `, h("b", {}, "B"), ` ${other.name}`);
+      if (other) names.replaceChildren(h("b", {}, "A"), ` ${about.title(source)}  `, h("b", {}, "B"), ` ${other.name}`);
     },
   );
   frames.addEventListener("change", () => {

@@ -72,7 +72,7 @@ export function savePanel(node, { store, about }) {
     files.replaceChildren(...texts.map(([file, text]) => h("button", { type: "button", title: "A spectrum that the command reads", click: () => download(new Blob([text], { type: "text/csv" }), file) }, file)));
     notes.replaceChildren(...(answer?.notes ?? []).map((note) => h("li", {}, note)));
   });
-  store.watch(({ view }) => view.source, (source) => (name.value = stemOf(about.source(source).name ?? "")));
+  store.watch(({ view }) => view.source, (source) => (name.value = stemOf(about.title(source))));
   store.watch(({ pins }) => pins.length, put);
   store.watch(({ panel, view }) => [panel, view, store.live], () => refresh());
 }

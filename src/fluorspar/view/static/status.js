@@ -21,8 +21,8 @@ export function statusLine(node, { store, about, stage, frames }) {
 
   function put() {
     const source = about.source(store.view.source);
-    const { progress, error, name } = source;
-    cover(source, progress, error, name);
+    const { progress, error } = source;
+    cover(source, progress, error, about.title(store.view.source));
     const busy = frames.working ? [spinner(), "Working"] : [];
     const refining = progress ? [progress.doing ? progressText(progress) : ""] : [];
     working.replaceChildren(...(gone ? [h("b", { class: "lost" }, new api.Gone().message)] : refining.length ? [spinner(), ...refining] : busy));

@@ -76,7 +76,7 @@ export function toolbar(node, { store, stage, frames, about, report, help }) {
 
   function fill() {
     const { source } = store.view;
-    fillSelect(sources, about.sources.map(({ id, name }) => [id, name]), source);
+    fillSelect(sources, about.sources.map(({ id }) => [id, about.title(id)]), source);
     const { standard_error: known, wavelengths = [] } = about.source(source);
     const why = known ? "" : "This image holds no standard errors.";
     modes.allow("standard_error", why);
