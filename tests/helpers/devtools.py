@@ -122,9 +122,9 @@ class Page:
         return value
 
     def place(self, selector: str) -> tuple[float, float]:
-        """The middle of an element on the screen, scrolled to if need be."""
-        node = f"document.querySelector({json.dumps(selector)})"
-        self.wait(f"{node} !== null")
+        """The middle of the first such element that is visible, scrolled to if need be."""
+        node = f"[...document.querySelectorAll({json.dumps(selector)})].find((node) => node.checkVisibility())"
+        self.wait(f"{node} !== undefined")
         self.value(f"{node}.scrollIntoView({{block: 'nearest'}})")
         box = f"{node}.getBoundingClientRect()"
         x, y = self.value(f"[{box}.left + {box}.width / 2, {box}.top + {box}.height / 2]")
