@@ -31,9 +31,9 @@ test-lowest:
 	$(LOWEST)/venv/bin/python -m build --sdist --outdir $(LOWEST) . >$(LOWEST)/build.log
 	tar --extract --gzip --strip-components 1 --file $(LOWEST)/fluorspar-*.tar.gz --directory $(LOWEST)
 	$(LOWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints-lowest.txt \
-		$(LOWEST) pytest hypothesis openimageio
+		'$(LOWEST)[view]' pytest hypothesis httpx openimageio
 	cd $(LOWEST) && venv/bin/python -m pytest --quiet tests/test_layers.py tests/test_bounds.py tests/test_docs.py tests/colour \
-		tests/spectral tests/image tests/measuring tests/figures tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
+		tests/spectral tests/image tests/measuring tests/figures tests/view tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
 		tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
 
 # Two minutes of damaged scenes, tables and images; see docs/reliability.md.

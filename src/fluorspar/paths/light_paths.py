@@ -20,7 +20,7 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.notebook import explore
 from fluorspar.paths.chunks import trace_chunks
-from fluorspar.paths.log import SURVIVAL, Chunk
+from fluorspar.paths.log import SURVIVAL, Chunk, lanes_per_pixel
 from fluorspar.paths.numbering import count_rows, rows_shown
 from fluorspar.paths.packed import PackedChunk, pack, unpack
 from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
@@ -54,6 +54,11 @@ class LightPaths:
     job: RenderJob
     chunks: Sequence[PackedChunk]
     _held: dict[bytes, list[Chunk]] = field(default_factory=dict, init=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if isinstance(self.chunks, PathsInFile):
+            return load_paths, (self.chunks.path,)
+        return LightPaths, (self.job, self.chunks)
 
     @property
     def nbytes(self) -> int:
@@ -102,6 +107,7 @@ class LightPaths:
         stokes: Stokes | None = None,
         excitation: str | None = None,
         component_errors: bool | None = None,
+        samples: int | None = None,
         threads: int | None = None,
         output: str | os.PathLike[str] | None = None,
         progress: Progress | bool | None = None,
@@ -128,6 +134,8 @@ class LightPaths:
             not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band.
         stokes, excitation, component_errors, threads, output, progress : optional
             See `fluorspar.render`; default: as traced.
+        samples : int, optional
+            Sweep only so many samples of each pixel, for a quick look, at least one of 64 traced ones; default: all.
 
         Returns
         -------
@@ -154,9 +162,9 @@ class LightPaths:
         --------
         >>> import fluorspar
         >>> paths = fluorspar.trace("cornell-box", size=(16, 16), spp=4)
-        >>> image = paths.image(lights={"light": "FL11"}, materials={"left-wall": "poster-orange"})
+        >>> image = paths.image(lights={"light": "D50"}, materials={"left-wall": "poster-orange"})
         >>> image.attrs["relit"]
-        {'lights': {'light': 'FL11'}, 'materials': {'left-wall': 'poster-orange'}}
+        {'lights': {'light': 'D50'}, 'materials': {'left-wall': 'poster-orange'}}
         """
         scene = relit(
             self.job.scene,
@@ -170,6 +178,9 @@ class LightPaths:
         said = {
             what: {key: _in_words(value) for key, value in of.items()} for what, of in changes.items() if of
         }
+        if samples is not None:
+            traced = self.job.scene.settings.spp
+            scene = scene.with_settings(spp=min(max(samples, lanes_per_pixel(traced)), traced))
         if same_luminance and lights:
             said["same_luminance"] = {"lights": "yes"}
         job = replace(

@@ -199,7 +199,7 @@ def read_paths(path: str | os.PathLike[str]) -> tuple[RenderJob, PathsInFile]:
     """
     import h5py
 
-    path = Path(path)
+    path = Path(os.path.abspath(path))
     try:
         file = h5py.File(path, "r")
     except FileNotFoundError as err:

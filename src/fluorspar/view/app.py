@@ -210,4 +210,5 @@ async def _refused(request: Request, error: Exception) -> Response:
 
 async def _no_route(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    return JSONResponse({"error": f"there is nothing here ({error.detail})"}, error.status_code)
+    text = "there is nothing here" if error.status_code == 404 else error.detail
+    return JSONResponse({"error": text}, error.status_code)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,10 +40,6 @@ class KeptImage:
         self._xyz: dict[tuple[str, ...], Array] = {}
         self._exposures: dict[tuple[object, ...], float] = {}
         self._lock = threading.Lock()
-
-    def add_notes(self, notes: Iterable[str]) -> None:
-        """Add what is to be said of it, each once."""
-        self.notes = tuple(dict.fromkeys([*self.notes, *notes]))
 
     @property
     def nbytes(self) -> int:

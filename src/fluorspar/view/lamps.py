@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import SpectrumError, message
 from fluorspar.spectral.illuminants import illuminants
@@ -55,10 +56,11 @@ def blackbody(temperature: float) -> Spectrum:
     0.378
     """
 
-    def planck(at: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
-        return at**-5 / np.expm1(_PLANCK / (at * temperature))
+    def planck(at: ArrayLike) -> NDArray[np.float64]:
+        nm = np.asarray(at, np.float64)
+        return nm**-5 / np.expm1(_PLANCK / (nm * temperature))
 
-    return Spectrum(_AT, planck(_AT) / planck(np.array(560.0)), f"black body of {temperature:g} K")
+    return Spectrum(_AT, planck(_AT) / planck(560.0), f"black body of {temperature:g} K")
 
 
 def gaussian(centre: float, width: float) -> Spectrum:

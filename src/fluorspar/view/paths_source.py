@@ -10,8 +10,6 @@ from fluorspar.image.dataset import UNITS
 from fluorspar.job import RenderJob
 from fluorspar.paths.light_paths import LightPaths
 from fluorspar.progress import Progress
-from fluorspar.spectral.wavelengths import Wavelengths
-from fluorspar.view.joining import joined
 from fluorspar.view.kept_image import KeptImage
 from fluorspar.view.questions import Relight
 from fluorspar.view.relighting import changes_of
@@ -20,10 +18,9 @@ from fluorspar.view.sources import component_facts
 from fluorspar.view.supplies import Supplies
 from fluorspar.view.turns import Turns
 
-__all__ = ["NotTraced", "PathsSource", "coarse_grid"]
+__all__ = ["NotTraced", "PathsSource"]
 
-_COARSE_STEP = 20.0  # nm
-_COARSE_SAMPLES = 2**20  # of all pixels: enough to see what a slider does
+_COARSE_SAMPLES = 2**18  # of all pixels: enough to see what a slider does
 
 
 class NotTraced(FluorsparError):
@@ -31,7 +28,7 @@ class NotTraced(FluorsparError):
 
 
 class PathsSource:
-    """Light paths of a scene, in one or several passes of different seeds.
+    """Light paths of a scene, perhaps of several numbers of samples, the last of which has the most.
 
     Parameters
     ----------
@@ -39,16 +36,16 @@ class PathsSource:
     job : RenderJob
         What is traced.
     supplies : Supplies
-    passes : tuple of LightPaths
+    levels : tuple of LightPaths
         What was traced of it.
     """
 
     kind = "paths"
 
     def __init__(
-        self, name: str, job: RenderJob, supplies: Supplies, passes: tuple[LightPaths, ...] = ()
+        self, name: str, job: RenderJob, supplies: Supplies, levels: tuple[LightPaths, ...] = ()
     ) -> None:
-        self.name, self.supplies, self.passes = name, supplies, passes
+        self.name, self.supplies, self.levels = name, supplies, levels
         self._job = job
 
     @property
@@ -58,18 +55,16 @@ class PathsSource:
 
     @property
     def generation(self) -> int:
-        """The number of passes."""
-        return len(self.passes)
+        """The number of levels."""
+        return len(self.levels)
 
     @property
     def samples(self) -> int:
-        """Samples per pixel of all passes."""
-        return sum(paths.job.scene.settings.spp for paths in self.passes)
+        """Samples per pixel of the last level."""
+        return self.levels[-1].job.scene.settings.spp if self.levels else 0
 
-    def image(
-        self, relight: Relight, coarse: bool, before: KeptImage | None, progress: Progress | None = None
-    ) -> KeptImage:
-        """Sweep the paths; to the image before only what passes add to it.
+    def image(self, relight: Relight, coarse: bool, progress: Progress | None = None) -> KeptImage:
+        """Sweep the paths.
 
         Raises
         ------
@@ -78,20 +73,16 @@ class PathsSource:
         FluorsparError
             If a light or material cannot be what it is to be, see `LightPaths.image`.
         """
-        passes = self.passes
-        if not passes:
+        levels = self.levels
+        if not levels:
             self.explain_nothing()
         changes: dict[str, Any] = {}
         if not relight.is_nothing:
             changes = changes_of(self.job.scene, relight, self.supplies)
         if coarse:
-            few, changes = self._first_of(passes), changes | {"wavelengths": coarse_grid(self.job.grid)}
-            images = [paths.image(**changes, progress=progress) for paths in few]
-        else:
-            begun = 0 if before is None else before.generation
-            known = [] if before is None else [before.image]
-            images = [*known, *(paths.image(**changes, progress=progress) for paths in passes[begun:])]
-        return KeptImage(joined(images), len(passes))
+            settings = self.job.scene.settings
+            changes["samples"] = max(1, _COARSE_SAMPLES // (settings.width * settings.height))
+        return KeptImage(levels[-1].image(**changes, progress=progress), len(levels))
 
     def explain_nothing(self) -> None:
         """Say why there is no path."""
@@ -122,24 +113,3 @@ class PathsSource:
 
     def stop(self) -> None:
         """Nothing ends."""
-
-    def _first_of(self, passes: tuple[LightPaths, ...]) -> tuple[LightPaths, ...]:
-        """As many passes as a coarse picture needs, at least one."""
-        settings, samples = self.job.scene.settings, 0
-        for number, paths in enumerate(passes):
-            samples += settings.width * settings.height * paths.job.scene.settings.spp
-            if samples >= _COARSE_SAMPLES:
-                return passes[: number + 1]
-        return passes
-
-
-def coarse_grid(grid: Wavelengths) -> Wavelengths:
-    """A grid from the same first wavelength, in steps of about 20 nm.
-
-    Examples
-    --------
-    >>> coarse_grid(Wavelengths(360, 700, 5))
-    Wavelengths(start=360.0, stop=700.0, step=20.0)
-    """
-    step = grid.step * max(1, round(_COARSE_STEP / grid.step))
-    return Wavelengths(grid.start, grid.start + step * int((grid.stop - grid.start + 1e-6) // step), step)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -74,11 +75,7 @@ class Relight(_Question):
     @property
     def key(self) -> str:
         """The same text for the same change."""
-        parts = {
-            part: dict(sorted(getattr(self, part).items()))
-            for part in ("lights", "materials", "concentration")
-        }
-        return Relight.model_construct(**parts).model_dump_json()
+        return json.dumps(self.model_dump(), sort_keys=True)
 
     @property
     def is_nothing(self) -> bool:

@@ -25,13 +25,12 @@ def light_of(scene: Scene, name: str, setting: LightSetting | None, supplies: Su
     SpectrumError
         If the spectrum is impossible.
     """
-    lights = {} if setting is None else {name: (None, setting.factor)}
-    as_bright = False
-    if setting is not None and setting.spectrum is not None:
-        lights = {name: (supplies.lamp(setting.spectrum), setting.factor)}
-        as_bright = setting.spectrum.upload is None
-    changed = relit(scene, lights=lights, same_luminance=as_bright)
-    return changed.lights[_row(changed, name)].spectrum
+    setting = setting or LightSetting()
+    asked = setting.spectrum
+    given = None if asked is None else supplies.lamp(asked)
+    as_bright = asked is not None and asked.upload is None
+    changed = relit(scene, lights={name: (given, setting.factor)}, same_luminance=as_bright)
+    return changed.lights[light_ids(changed)[name]].spectrum
 
 
 def changes_of(scene: Scene, relight: Relight, supplies: Supplies) -> dict[str, Any]:
@@ -48,10 +47,3 @@ def changes_of(scene: Scene, relight: Relight, supplies: Supplies) -> dict[str, 
 def relit_scene(scene: Scene, relight: Relight, supplies: Supplies) -> Scene:
     """The scene of a view."""
     return relit(scene, **changes_of(scene, relight, supplies))
-
-
-def _row(scene: Scene, name: str) -> int:
-    rows = light_ids(scene)
-    if name not in rows:
-        relit(scene, lights={name: 1.0})  # raises, and lists those there are
-    return rows[name]

@@ -1,10 +1,10 @@
-"""A scene that is looked at while it is traced, in passes of different seeds."""
+"""A scene that is looked at while it is traced, with few samples at first."""
 
 from __future__ import annotations
 
 import threading
 import traceback
-from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from fluorspar.errors import FluorsparError, OptionError, message
@@ -15,21 +15,21 @@ from fluorspar.view.paths_source import PathsSource
 from fluorspar.view.supplies import Supplies
 from fluorspar.view.turns import Turns
 
-__all__ = ["SceneSource", "pass_sizes"]
+__all__ = ["SceneSource", "level_sizes"]
 
 _FIRST = 4  # samples per pixel of what is seen first
+_MORE = 4  # times as many at each further level: half the noise
 _SHARE = 2  # of the memory that is free, for paths
 _LONGEST = 2.0  # seconds that a chunk waits for those who look
 
 
 class SceneSource(PathsSource):
-    """A scene, traced in the background until it has the samples of its job.
+    """A scene, traced in the background until it has the samples of its job: the image is then that of `render`.
 
     Parameters
     ----------
     name : str
     job : RenderJob
-        Its seed is that of the first pass; the following have the next ones.
     supplies : Supplies
     """
 
@@ -65,9 +65,9 @@ class SceneSource(PathsSource):
 
     def _trace(self, turns: Turns) -> None:
         try:
-            for number, spp in enumerate(pass_sizes(self.job.scene.settings.spp)):
+            for spp in level_sizes(self.job.scene.settings.spp):
                 self._check_memory(spp)
-                self._trace_pass(number, spp, turns)
+                self._trace_level(spp, turns)
         except _Stopped:
             pass
         except FluorsparError as err:
@@ -79,16 +79,8 @@ class SceneSource(PathsSource):
         finally:
             self._state = None
 
-    def _trace_pass(self, number: int, spp: int, turns: Turns) -> None:
-        job = RenderJob.of(
-            self.job.scene.with_settings(spp=spp),
-            wavelengths=self.job.grid,
-            seed=self.job.seed + number,
-            excitation=self.job.excitation,
-            variant=self.job.variant,
-            threads=self.job.threads,
-        )
-        doing = "refining" if number else "tracing"
+    def _trace_level(self, spp: int, turns: Turns) -> None:
+        doing = "refining" if self.levels else "tracing"
 
         def progress(done: int, whole: int) -> None:
             if self._stopped.is_set():
@@ -97,27 +89,32 @@ class SceneSource(PathsSource):
             turns.give_way(_LONGEST)
 
         progress(0, 1)
-        self.passes = (*self.passes, trace_job(job, progress))
+        job = replace(self.job, scene=self.job.scene.with_settings(spp=spp))
+        self.levels = (*self.levels, trace_job(job, progress))
 
     def _check_memory(self, spp: int) -> None:
-        held = sum(paths.nbytes for paths in self.passes)
-        if self.passes and held / self.samples * spp > available_memory() / _SHARE:
-            raise MemoryError
+        if self.levels and self.levels[-1].nbytes / self.samples * spp > available_memory() / _SHARE:
+            fix = "fewer samples (--spp), a smaller image (--size), or light paths in a file ('fluorspar trace')"
+            got = f"{self.samples} of {self.job.scene.settings.spp} samples are traced"
+            raise OptionError(
+                message("the light paths of more samples do not fit into memory", got=got, fix=fix)
+            )
 
 
 class _Stopped(Exception):
     """The window is closed."""
 
 
-def pass_sizes(spp: int) -> Iterator[int]:
-    """Samples of each pass: a few at first, then as many as there are already, until there are all.
+def level_sizes(spp: int) -> list[int]:
+    """Samples of each level: a few at first, then four times as many, at last all.
 
     Examples
     --------
-    >>> list(pass_sizes(64)), list(pass_sizes(10)), list(pass_sizes(2))
-    ([4, 4, 8, 16, 32], [4, 4, 2], [2])
+    >>> level_sizes(64), level_sizes(100), level_sizes(2)
+    ([4, 16, 64], [4, 16, 100], [2])
     """
-    done = 0
-    while done < spp:
-        yield min(max(done, _FIRST), spp - done)
-        done += min(max(done, _FIRST), spp - done)
+    sizes, size = [], _FIRST
+    while 2 * size <= spp:
+        sizes.append(size)
+        size *= _MORE
+    return [size for size in sizes if size < spp] + [spp]

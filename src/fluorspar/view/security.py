@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -17,6 +18,7 @@ __all__ = ["MOST_BYTES", "Gate", "Guard", "new_token"]
 MOST_BYTES = 8 * 2**20
 """Of the body of a request."""
 
+_TOO_LARGE = f"that is too large: at most {MOST_BYTES >> 20} MiB are taken"
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _EVERYWHERE = ("0.0.0.0", "::")
 _HEADERS = {
@@ -122,7 +124,7 @@ class Gate:
             message = await receive()
             read += len(message.get("body", b""))
             if read > MOST_BYTES:
-                raise _TooLarge
+                raise HTTPException(413, _TOO_LARGE)  # which the application answers with
             return message
 
         async def guarded(message: Message) -> None:
@@ -134,11 +136,8 @@ class Gate:
 
         refusal = self._refusal(scope)
         if refusal is None:
-            try:
-                await self.app({**scope, "root_path": f"/{guard.token}"}, limited, guarded)
-            except _TooLarge:
-                refusal = _too_large()
-        if refusal is not None:
+            await self.app({**scope, "root_path": f"/{guard.token}"}, limited, guarded)
+        else:
             await refusal(scope, receive, guarded)
 
     def _refusal(self, scope: Scope) -> JSONResponse | None:
@@ -152,16 +151,8 @@ class Gate:
             return _error(404, "there is nothing here: open the whole address that was printed")
         length = headers.get("content-length", "0")
         if not length.isdecimal() or int(length) > MOST_BYTES:
-            return _too_large()
+            return _error(413, _TOO_LARGE)
         return None
-
-
-class _TooLarge(Exception):
-    """A body is longer than is read."""
-
-
-def _too_large() -> JSONResponse:
-    return _error(413, f"that is too large: at most {MOST_BYTES >> 20} MiB are taken")
 
 
 def _error(status: int, text: str) -> JSONResponse:

@@ -39,10 +39,8 @@ class Source(Protocol):
     def job(self) -> RenderJob:
         """What was traced; OptionError if nothing was."""
 
-    def image(
-        self, relight: Relight, coarse: bool, before: KeptImage | None, progress: Progress | None = None
-    ) -> KeptImage:
-        """The image under other lights, with other materials; `before` is an older one of the same."""
+    def image(self, relight: Relight, coarse: bool, progress: Progress | None = None) -> KeptImage:
+        """The image under other lights, with other materials."""
 
     def about(self) -> dict[str, Any]:
         """What is to be said of it, but for its id."""
@@ -72,13 +70,11 @@ class ImageSource:
         fix = "view a scene, or the light paths that 'fluorspar trace' keeps of it"
         raise OptionError(message("an image cannot be relit", where=self.name, fix=fix))
 
-    def image(
-        self, relight: Relight, coarse: bool, before: KeptImage | None, progress: Progress | None = None
-    ) -> KeptImage:
+    def image(self, relight: Relight, coarse: bool, progress: Progress | None = None) -> KeptImage:
         """The image; what is to be changed is refused."""
         if not relight.is_nothing:
             _ = self.job
-        return before or KeptImage(self._image)
+        return KeptImage(self._image)
 
     def about(self) -> dict[str, Any]:
         """Facts of the image."""

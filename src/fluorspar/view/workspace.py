@@ -57,6 +57,7 @@ class Workspace:
 
     def start(self) -> None:
         """Begin what goes on in the background."""
+        threading.Thread(target=lambda: self.supplies.menus, name="reading the library", daemon=True).start()
         for source in self.sources.values():
             source.start(self._turns)
 
@@ -102,9 +103,9 @@ class Workspace:
                 return kept
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always", FluorsparWarning)
-                made = source.image(view.relight, coarse, kept, progress)
-            texts = [str(each.message) for each in caught if issubclass(each.category, FluorsparWarning)]
-            made.add_notes([*(kept.notes if kept else ()), *texts])
+                made = source.image(view.relight, coarse, progress)
+            texts = (str(each.message) for each in caught if issubclass(each.category, FluorsparWarning))
+            made.notes = tuple(dict.fromkeys(texts))
             return self._cache.put(key, made)
 
     def white(self, view: View) -> Array | None:
@@ -140,7 +141,7 @@ class Workspace:
             exposure = exposed(kept, view, None)[1]
         else:
             exposure = exposed(kept, view, white)[1]
-        return white / white[1] / exposure
+        return np.asarray(white / white[1] / exposure)
 
     def about(self) -> list[dict[str, Any]]:
         """Every source with its id."""
