@@ -12,7 +12,7 @@ import select
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,15 @@ from PIL import Image
 __all__ = ["Page", "chromium", "opened_page"]
 
 _SECONDS = 60.0
-_KEYS = {"Enter": 13, "Escape": 27, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Tab": 9}
+_KEYS = {
+    "Enter": 13,
+    "Escape": 27,
+    "ArrowLeft": 37,
+    "ArrowUp": 38,
+    "ArrowRight": 39,
+    "ArrowDown": 40,
+    "Tab": 9,
+}
 _CTRL = 2
 
 
@@ -48,6 +56,7 @@ class Page:
         self._numbers = itertools.count(1)
         self._received = b""
         self._session: str | None = None
+        self._chooser: int | None = None  # the input whose dialog is open
         self.troubles: list[str] = []
         target = self.send("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
@@ -84,13 +93,19 @@ class Page:
         if event.get("method") == "Runtime.exceptionThrown":
             details = parameters["exceptionDetails"]
             self.troubles.append(details.get("exception", {}).get("description", details["text"]))
+        elif event.get("method") == "Page.fileChooserOpened":
+            self._chooser = parameters["backendNodeId"]
         elif event.get("method") == "Log.entryAdded" and parameters["entry"]["level"] == "error":
             self.troubles.append(parameters["entry"]["text"])
 
     def size(self, width: int, height: int) -> None:
         """Set the size of the window in pixels."""
         self.send(
-            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
         )
 
     def prefer(self, scheme: str) -> None:
@@ -103,7 +118,9 @@ class Page:
         self.send("Page.navigate", url="about:blank")
         self.wait("location.href === 'about:blank'")
         self.send("Page.navigate", url=address)
-        self.wait(f"document.readyState === 'complete' && location.href.startsWith({json.dumps(address[:20])})")
+        self.wait(
+            f"document.readyState === 'complete' && location.href.startsWith({json.dumps(address[:20])})"
+        )
 
     def value(self, expression: str) -> Any:
         """The value of an expression of JavaScript; of a promise, what it gives."""
@@ -123,7 +140,9 @@ class Page:
 
     def place(self, selector: str) -> tuple[float, float]:
         """The middle of the first such element that is visible, scrolled to if need be."""
-        node = f"[...document.querySelectorAll({json.dumps(selector)})].find((node) => node.checkVisibility())"
+        node = (
+            f"[...document.querySelectorAll({json.dumps(selector)})].find((node) => node.checkVisibility())"
+        )
         self.wait(f"{node} !== undefined")
         self.value(f"{node}.scrollIntoView({{block: 'nearest'}})")
         box = f"{node}.getBoundingClientRect()"
@@ -169,6 +188,16 @@ class Page:
         assert self.value(f"({node}.value = {text}, {node}.selectedIndex >= 0)"), f"{selector} has no {value}"
         self.value(f"{node}.dispatchEvent(new Event('change', {{bubbles: true}}))")
 
+    def upload(self, press: Callable[[], object], path: Path) -> None:
+        """Choose a file in the dialog that opens when something is pressed."""
+        self.send("Page.setInterceptFileChooserDialog", enabled=True)
+        press()
+        until = time.monotonic() + _SECONDS
+        while self._chooser is None:
+            self._note(self._next(until))
+        node, self._chooser = self._chooser, None
+        self.send("DOM.setFileInputFiles", files=[str(path)], backendNodeId=node)
+
     def shot(self, path: Path | None = None) -> np.ndarray[Any, np.dtype[np.uint8]]:
         """What the window shows, uint8 of shape (height, width, 3); also into a file."""
         data = base64.b64decode(self.send("Page.captureScreenshot", format="png")["data"])
@@ -182,7 +211,13 @@ class Page:
 def opened_page(profile: Path) -> Iterator[Page]:
     """A browser with one empty page. `profile` is a folder that it may fill."""
     (read_by_browser, to_browser), (from_browser, written_by_browser) = os.pipe(), os.pipe()
-    options = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--hide-scrollbars"]
+    options = [
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-background-networking",
+        "--hide-scrollbars",
+    ]
     options += ["--remote-debugging-pipe", f"--user-data-dir={profile}", "--no-first-run"]
     # the browser reads its commands from descriptor 3 and answers on 4
     script = f'exec "$@" 3<&{read_by_browser} 4>&{written_by_browser}'

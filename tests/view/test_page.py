@@ -7,9 +7,9 @@ from urllib.parse import quote, unquote
 
 import numpy as np
 import pytest
-from devtools import opened_page
 
 import fluorspar
+from devtools import opened_page
 from fluorspar import compare
 from fluorspar.colour.xyz import xyz_from_radiance
 from fluorspar.measuring.regions import measure_regions
@@ -69,7 +69,9 @@ def page(browser, address):
 
 def settled(page):
     """Wait until the picture is there and nothing is being asked."""
-    page.wait("document.querySelector('.cover')?.hidden && !document.querySelector('#status .working').textContent")
+    page.wait(
+        "document.querySelector('.cover')?.hidden && !document.querySelector('#status .working').textContent"
+    )
 
 
 def picture(page):
@@ -323,7 +325,8 @@ def test_everything_has_its_place(page, size):
             assert page.value(wide), tab
         overlaps = """[...document.querySelectorAll('.row, .tools:not([hidden]), .tabs, footer')].flatMap((row) => {
             const boxes = [...row.children].map((child) => child.getBoundingClientRect()).filter((box) => box.width);
-            const clash = boxes.some((box, i) => i && box.left < boxes[i - 1].right - 0.5 && box.top < boxes[i - 1].bottom - 0.5);
+            const covers = (box, last) => box.left < last.right - 0.5 && box.top < last.bottom - 0.5;
+            const clash = boxes.some((box, i) => i && covers(box, boxes[i - 1]));
             return clash || boxes.some((box) => box.right > innerWidth + 0.5) ? [row.className] : [];
         })"""
         for mode in ("colour", "band", "relative_error"):
@@ -340,12 +343,43 @@ def test_the_words_of_the_server_stand_where_they_belong(page):
     page.click("[role=tab]:nth-child(3)")
     page.choose("[data-light=light] select", "curve")
     page.wait("document.querySelector('.drawing').checkVisibility()")
-    page.value("[...document.querySelectorAll('.drawing button')].find((b) => b.textContent === 'Clear').click()")
+    page.value(
+        "[...document.querySelectorAll('.drawing button')].find((b) => b.textContent === 'Clear').click()"
+    )
     page.wait("document.querySelector('[data-light=light] .fault').textContent.length > 10")
     page.key("z", ctrl=True)
     page.wait("document.querySelector('[data-light=light] .fault').hidden")
     settled(page)
     page.troubles.clear()  # the browser notes refused requests as errors
+
+
+def test_a_spectrum_is_uploaded(page, tmp_path):
+    lamp, broken = tmp_path / "my-lamp.csv", tmp_path / "broken.csv"
+    lamp.write_text("wavelength,value\n300,0\n400,0\n500,0.3\n600,1\n700,1\n800,0\n")
+    broken.write_text("no spectrum")
+    page.click("[role=tab]:nth-child(3)")
+    before = picture(page)
+    page.upload(lambda: page.choose("[data-light=light] select", "a file"), lamp)
+    changed(page, before)
+    chosen = "document.querySelector('[data-light=light] select').selectedOptions[0].textContent"
+    assert page.value(chosen) == "my-lamp.csv"
+    page.upload(lambda: page.choose("[data-light=light] select", "a file"), broken)
+    page.wait("document.querySelector('[data-light=light] .fault').textContent.includes('broken.csv')")
+    assert page.value(chosen) == "my-lamp.csv"
+    page.troubles.clear()  # the browser notes refused requests as errors
+
+
+def test_a_picked_pixel_is_white(page, paths):
+    before = picture(page)
+    page.choose("[aria-label='White balance']", "pick")
+    page.click(place(page, WALL))
+    changed(page, before)
+    np.testing.assert_allclose(view(page)["view"]["white"], xyz_at(paths.image(), WALL), rtol=1e-5)
+    assert "pins" not in view(page)
+    page.wait(
+        "(([r, g, b]) => Math.max(r, g, b) - Math.min(r, g, b) <= 2)"
+        "(document.querySelector('#readout').textContent.match(/sRGB (\\d+) (\\d+) (\\d+)/).slice(1))"
+    )
 
 
 def test_what_is_saved_is_the_image(page, paths):

@@ -31,6 +31,12 @@ export class About extends EventTarget {
     return alone ? short(name) : name;
   }
 
+  /** Whether there is something to see: a scene shows nothing before its first samples are traced. */
+  ready(id) {
+    const { kind, generation } = this.source(id);
+    return kind !== "scene" || generation > 0;
+  }
+
   generation(id) {
     return this.source(id).generation ?? 0;
   }

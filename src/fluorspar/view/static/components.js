@@ -100,7 +100,7 @@ export function componentsPanel(node, { store, about }) {
   const refresh = latest(async () => {
     const { state, live } = store;
     const { source } = state.view;
-    if (state.panel !== "components" || live || !about.source(source).components?.length) return;
+    if (state.panel !== "components" || live || !about.ready(source)) return;
     const { exposure, white } = state.view;
     const view = { ...state.view, weights: {}, mode: "colour", band: null, range: null, gamut: false, exposure, white };
     const key = JSON.stringify([view, about.generation(source)]);

@@ -33,10 +33,14 @@ function drawn({ excitation, emission, matrix, png }, reading) {
   return node;
 }
 
-export function showDonaldson(view, surface) {
+/** `stops`: the colour map of the matrix. */
+export function showDonaldson(view, surface, stops) {
   const fault = notice();
   const picture = h("div", { class: "matrix-place" });
   const reflectance = new Plot({ width: 414, height: 130, label: "Reflectance" });
+  const bar = h("span", { class: "bar" });
+  bar.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
+  const scale = h("div", { class: "scale" });
   const reading = h("output", { class: "hint" }, "Point at the matrix to read it.");
   const sides = ["front", "back"].filter((side) => surface[side]);
   const put = async (side) => {
@@ -44,7 +48,8 @@ export function showDonaldson(view, surface) {
     const answer = await fault.of(() => api.donaldson(view.source, view.relight, surface.id, side));
     if (!answer) return;
     picture.replaceChildren(drawn(answer, reading));
-    const { emission, reflectance: values } = answer;
+    const { emission, reflectance: values, range } = answer;
+    scale.replaceChildren(shown(range[0], 3), bar, `${shown(range[1], 3)} 1/nm`);
     reflectance.draw({
       x: [emission[0], emission.at(-1)], y: [0, Math.max(1, ...values)], unit: "reflectance, the matrix's diagonal",
       layers: [{ x: emission, y: values, colour: "currentColor" }], read: (nm) => `${Math.round(nm)} nm  ${shown(at(emission, values, nm), 3)}`,
@@ -52,6 +57,6 @@ export function showDonaldson(view, surface) {
   };
   const buttons = choice("Side", sides.map((side) => [side, side, `The ${side} of the surface`]), put);
   buttons.node.hidden = sides.length < 2;
-  showDialog(`Donaldson matrix of ${surface.id}`, buttons.node, fault.node, picture, reading, reflectance.node);
+  showDialog(`Donaldson matrix of ${surface.id}`, buttons.node, fault.node, picture, scale, reading, reflectance.node);
   put(sides[0] ?? "front");
 }

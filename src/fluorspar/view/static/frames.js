@@ -24,15 +24,15 @@ export class Frames extends EventTarget {
   error = null; // the server's words on what could not be drawn
   working = false;
   #keys = {};
-  #generations = () => 0;
+  #about;
   #store;
   #ask = latest(() => this.#update());
 
-  /** `generations(id)`: how often a source was refined; its pictures are asked again when it grows. */
-  constructor(store, generations) {
+  constructor(store, about) {
     super();
     this.#store = store;
-    this.#generations = generations;
+    this.#about = about;
+    about.addEventListener("change", () => this.refresh()); // its pictures may be worth asking again
     store.watch(
       ({ view, other }) => [view, other, store.live],
       () => this.refresh(),
@@ -43,23 +43,18 @@ export class Frames extends EventTarget {
     return this.#ask();
   }
 
-  /** Asks even for what has not changed: the server is back, or knows more. */
-  again() {
-    this.#keys = {};
-    return this.#ask();
-  }
-
   #tell(what) {
     this.dispatchEvent(new Event(what));
   }
 
   async #update() {
+    const { state, live } = this.#store;
+    if (!this.#about.ready(state.view.source)) return;
     this.working = true;
     this.#tell("work");
     try {
-      const { state, live } = this.#store;
       await this.#picture("a", { ...state.view, coarse: live });
-      if (state.other) {
+      if (state.other && this.#about.ready(state.other.source)) {
         // one exposure for both: automatic ones would hide that B is darker
         const { exposure, range } = this.a.facts;
         const shared = { exposure: exposure ?? state.view.exposure, range: range ?? state.view.range };
@@ -85,7 +80,7 @@ export class Frames extends EventTarget {
   }
 
   #isNew(name, ...views) {
-    const key = JSON.stringify([views, views.map((view) => this.#generations(view.source))]);
+    const key = JSON.stringify([views, views.map((view) => this.#about.generation(view.source))]);
     return this.#keys[name] === key ? null : key;
   }
 

@@ -3,7 +3,7 @@
 import * as api from "./api.js";
 import { viewOfOther } from "./frames.js";
 import { latest } from "./latest.js";
-import { shown } from "./numbers.js";
+import { luminanceUnit, shown } from "./numbers.js";
 
 /** The 8-bit sRGB of one pixel of a picture. */
 function shownColour(bitmap, { x, y }) {
@@ -46,10 +46,15 @@ export class Hovered extends EventTarget {
       const frame = pixel.side === "b" ? frames.b : frames.a;
       const colour = frame ? `   sRGB ${shownColour(frame.bitmap, pixel).join(" ")}` : "";
       const side = state.other ? `${pixel.side.toUpperCase()}   ` : "";
-      const numbers = spectrum ? `   ${shown(spectrum.luminance)} cd/m²   x ${shown(spectrum.xy[0], 3)}  y ${shown(spectrum.xy[1], 3)}` : "";
+      const numbers = spectrum ? `   ${shown(spectrum.luminance)} ${luminanceUnit(spectrum.unit)}   x ${shown(spectrum.xy[0], 3)}  y ${shown(spectrum.xy[1], 3)}` : "";
       output.textContent = `${side}x ${pixel.x}  y ${pixel.y}${numbers}${colour}`;
     }
 
+    frames.addEventListener("change", () => {
+      if (!now) return;
+      write(now, this.spectrum); // another picture lies under a pointer that rests
+      ask(now);
+    });
     stage.addEventListener("hover", ({ detail }) => {
       if (now && detail && now.x === detail.x && now.y === detail.y && now.side === detail.side) return;
       now = detail;

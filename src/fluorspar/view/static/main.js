@@ -75,14 +75,15 @@ async function start() {
   const about = new About();
   await about.load();
   if (!about.sources.length) {
-    part("stage").append(h("div", { class: "cover" }, h("strong", {}, "Nothing is opened"), h("p", {}, "Start 'fluorspar view' with an image, light paths or a scene.")));
+    part("opening").replaceChildren(h("strong", {}, "Nothing is opened"), h("p", {}, "Start 'fluorspar view' with an image, light paths or a scene."));
     return;
   }
+  part("opening").remove();
   const first = about.sources[0].id;
   const store = new Store(first);
   const takeHash = keepHash(store, first, () => about.sources);
   takeHash();
-  const frames = new Frames(store, (id) => about.generation(id));
+  const frames = new Frames(store, about);
   const stage = new Stage(part("picture-place"), store, frames);
   const context = { store, about, stage, frames, report, help: () => showKeys(bindings) };
   stageTools(part("stage-tools"), stage);
@@ -100,9 +101,9 @@ async function start() {
 
   const bindings = shortcuts(context, tools, TABS.map(([name]) => name));
   listenToKeys(bindings);
-  about.addEventListener("change", () => frames.refresh());
 }
 
 start().catch((error) => {
-  part("picture-place").append(h("div", { class: "cover", role: "alert" }, h("strong", {}, "The page cannot start"), h("p", {}, error.message)));
+  const cover = h("div", { class: "cover", role: "alert" }, h("strong", {}, "The page cannot start"), h("p", {}, error.message));
+  part("picture-place").replaceChildren(cover);
 });

@@ -37,5 +37,8 @@ export function at(wavelengths, values, nm) {
   return values[upper - 1] + part * (values[upper] - values[upper - 1]);
 }
 
+/** What luminances of an image are in: only radiance in SI units gives cd/m². */
+export const luminanceUnit = (unit) => (unit === "W m-2 sr-1 nm-1" ? "cd/m²" : "relative");
+
 /** Units with raised exponents, as on the axis of a figure. */
 export const unitText = (unit) => unit.replace(/-(\d)/g, (_, digit) => `⁻${"⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]}`);

@@ -1,7 +1,8 @@
 // The left side: the pictures, what one does on them, and what stands over them while there is nothing to see.
 
-import { listen } from "./gestures.js";
+import { Divider } from "./divider.js";
 import { h } from "./element.js";
+import { listen } from "./gestures.js";
 import { clamp } from "./numbers.js";
 import { MOST_PINS } from "./colours.js";
 import { draw } from "./picture.js";
@@ -11,11 +12,12 @@ const regionOf = (a, b) => [Math.min(a.x, b.x), Math.min(a.y, b.y), Math.max(a.x
 
 /** Says "hover" with `detail` the pixel and the side under the cursor, or null; "zoom" when the scale changed. */
 export class Stage extends EventTarget {
+  #waits = false; // for the next frame of the screen
   #store;
   #frames;
   #viewport = new Viewport();
   #canvas = h("canvas", { id: "picture", tabindex: "0", role: "application", "aria-label": "Picture" });
-  #split = h("div", { class: "split", role: "slider", tabindex: "0", "aria-label": "Divide between A and B", hidden: true });
+  #divider = new Divider(() => this.#redraw());
   #prompt = h("div", { class: "prompt", role: "status", hidden: true });
   #cover = h("div", { class: "cover", role: "status", hidden: true });
   #fault = h("div", { class: "fault over-picture", role: "alert", hidden: true });
@@ -29,9 +31,8 @@ export class Stage extends EventTarget {
     super();
     this.#store = store;
     this.#frames = frames;
-    node.append(this.#canvas, this.#split, this.#prompt, this.#cover, this.#fault);
+    node.append(this.#canvas, this.#divider.node, this.#prompt, this.#cover, this.#fault);
     this.#listen();
-    this.#listenSplit();
     new ResizeObserver(() => {
       if (this.#viewport.fitted) this.fit();
       this.#redraw();
@@ -45,7 +46,7 @@ export class Stage extends EventTarget {
     store.watch(
       ({ pins, active, layout, other }) => [pins, active, layout, other],
       ([, , layout, other]) => {
-        this.#split.hidden = !(other && layout === "slider");
+        this.#divider.node.hidden = !(other && layout === "slider");
         if (this.#viewport.fitted) this.fit();
         this.#redraw();
       },
@@ -141,12 +142,10 @@ export class Stage extends EventTarget {
     });
   }
 
-  #waits = false;
-
   #panes() {
     const { width } = this.#size;
     const [a, b] = [this.#picture, this.#frames.b?.bitmap];
-    const at = Math.round(width * (this.#layout === "slider" ? this.#divide : 0.5));
+    const at = Math.round(width * (this.#layout === "slider" ? this.#divider.share : 0.5));
     const one = (picture) => [{ picture, left: 0, right: width, shift: 0 }];
     if (this.#layout === "single") return one(a);
     if (this.#layout === "map") return one(this.#frames.difference?.image);
@@ -166,7 +165,7 @@ export class Stage extends EventTarget {
     const { width: w, height: v } = this.#picture;
     const inside = pixel.x >= 0 && pixel.y >= 0 && pixel.x < w && pixel.y < v;
     if (!inside && !within) return null;
-    const ofB = right || (this.#layout === "slider" && point.x >= width * this.#divide);
+    const ofB = right || (this.#layout === "slider" && point.x >= width * this.#divider.share);
     return { x: clamp(pixel.x, 0, w - 1), y: clamp(pixel.y, 0, v - 1), side: ofB ? "b" : "a" };
   }
 
@@ -253,32 +252,5 @@ export class Stage extends EventTarget {
     this.#viewport.reveal(this.#cursor, this.#room);
     this.#hover({ ...this.#cursor, side: "a" });
     this.#moved();
-  }
-
-  #divide = 0.5;
-
-  #listenSplit() {
-    const put = (divide) => {
-      this.#divide = clamp(divide, 0.02, 0.98);
-      this.#split.style.left = `${this.#divide * 100}%`;
-      this.#split.setAttribute("aria-valuenow", Math.round(this.#divide * 100));
-      this.#redraw();
-    };
-    this.#split.setAttribute("aria-valuemin", "0");
-    this.#split.setAttribute("aria-valuemax", "100");
-    put(0.5);
-    this.#split.addEventListener("pointerdown", (event) => this.#split.setPointerCapture(event.pointerId));
-    this.#split.addEventListener("pointermove", (event) => {
-      if (!this.#split.hasPointerCapture(event.pointerId)) return;
-      const box = this.#canvas.getBoundingClientRect();
-      put((event.clientX - box.left) / box.width);
-    });
-    this.#split.addEventListener("keydown", (event) => {
-      const by = { ArrowLeft: -0.02, ArrowRight: 0.02, Home: -1, End: 1 }[event.key];
-      if (!by) return;
-      event.preventDefault();
-      event.stopPropagation();
-      put(this.#divide + by);
-    });
   }
 }

@@ -27,7 +27,7 @@ function surfaceCard(surface, { store, about }) {
     fill();
     put();
   } }, "From a file…");
-  const matrix = h("button", { type: "button", title: "The Donaldson matrix as a picture", click: () => showDonaldson(store.view, surface) }, "Matrix");
+  const matrix = h("button", { type: "button", title: "The Donaldson matrix as a picture", click: () => showDonaldson(store.view, surface, about.colour_maps.matrix.stops) }, "Matrix");
   const concentration = slider({
     label: "Dye", low: 0, high: 3, least: 0, most: 1e6, step: 0.05, plain: 1, unit: "×", digits: 3,
     react: (value, live) =>
