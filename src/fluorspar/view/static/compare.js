@@ -42,15 +42,15 @@ export function compareMenu(store, about) {
   return { node: select, fill, keep };
 }
 
-/** The strip below the pictures: names, layout, CIEDE2000. */
-export function compareStrip(node, store, frames, about) {
+/** The strip below the pictures: names, layout, CIEDE2000; and the scale of the map, over a corner of `place`. */
+export function compareStrip(node, place, { store, frames, about }) {
   const names = h("span", { class: "names" });
   const numbers = h("output", { class: "numbers", "aria-label": "CIEDE2000 of A and B" });
   const layout = choice(
     "Layout",
     [
       ["slider", "Slider", "A on the left of the line, B on the right"],
-      ["side", "Side by side", "A and B, at the same place"],
+      ["side", "Sides", "A and B side by side, at the same place"],
       ["map", "ΔE map", "How far each pixel differs, CIEDE2000"],
     ],
     (value) => store.change((state) => (state.layout = value), { quiet: true }),
@@ -59,25 +59,26 @@ export function compareStrip(node, store, frames, about) {
   const [low, high] = [h("output"), h("output")];
   const bar = h("span", { class: "bar" });
   bar.style.background = `linear-gradient(to right, ${(about.colour_maps.difference?.stops ?? ["black", "white"]).join(", ")})`;
-  const scale = h("span", { class: "scale", title: "The colours of the map" }, low, bar, high);
-  node.append(names, layout.node, scale, numbers, close);
+  const scale = h("span", { class: "scale over-corner", title: "The colours of the map, CIEDE2000" }, low, bar, high);
+  node.append(names, layout.node, numbers, close);
+  place.append(scale);
 
   store.watch(
     ({ other, layout: chosen, view }) => [other, chosen, view.source],
     ([other, chosen, source]) => {
       node.hidden = !other;
       layout.put(chosen);
-      scale.hidden = chosen !== "map";
+      scale.hidden = !other || chosen !== "map";
       if (other) names.replaceChildren(h("b", {}, "A"), ` ${about.title(source)}  `, h("b", {}, "B"), ` ${other.name}`);
     },
   );
   frames.addEventListener("change", () => {
     const facts = frames.difference?.facts;
     const { mean, median, p95, max, range, error, noise, text } = facts ?? {};
-    const verdict = noise?.differs === false ? "  no more than noise" : "";
+    const verdict = noise?.differs === false ? " · no more than noise" : "";
     node.classList.toggle("is-fault", Boolean(error));
     [low.textContent, high.textContent] = (range ?? []).map((value) => shown(value, 3));
-    numbers.textContent = error ?? (facts ? `ΔE00  mean ${shown(mean, 3)}  median ${shown(median, 3)}  95 % ${shown(p95, 3)}  max ${shown(max, 3)}${verdict}` : "");
+    numbers.textContent = error ?? (facts ? `ΔE00: mean ${shown(mean, 3)} · median ${shown(median, 3)} · 95 % ${shown(p95, 3)} · max ${shown(max, 3)}${verdict}` : "");
     numbers.title = error ?? text ?? "";
   });
 }

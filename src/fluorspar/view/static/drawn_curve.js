@@ -5,7 +5,7 @@ import { at, clamp, ticks } from "./numbers.js";
 
 const STEP = 10;
 const [WIDTH, HEIGHT] = [348, 130];
-const SPACE = { left: 8, right: 8, top: 6, bottom: 18 };
+const SPACE = { left: 14, right: 14, top: 6, bottom: 18 };
 
 /** Knots of a spectrum that is given on its own wavelengths, its greatest value 1. */
 export function knotsOf({ wavelengths, values }, low, high) {

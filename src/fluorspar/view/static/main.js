@@ -87,7 +87,7 @@ async function start() {
   const stage = new Stage(part("picture-place"), store, frames);
   const context = { store, about, stage, frames, report, help: () => showKeys(bindings) };
   stageTools(part("stage-tools"), stage);
-  compareStrip(part("strip"), store, frames, about);
+  compareStrip(part("strip"), part("picture-place"), context);
   const hovered = new Hovered(stage, store, frames, part("readout"));
   const panel = tabs(store, TABS);
   part("panel").append(...panel.nodes);

@@ -15,7 +15,7 @@ import { highest, layersOf, presentIn, totalOf } from "./spectrum_layers.js";
 export function spectrumPanel(node, { store, about, stage, hovered }) {
   const fault = notice();
   const spectra = new PinSpectra((id) => about.generation(id));
-  const plot = new Plot({ width: 384, height: 206, label: "Spectrum" });
+  const plot = new Plot({ width: 384, height: 192, label: "Spectrum" });
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Pins" });
   const empty = h("p", { class: "empty" }, "Click a pixel of the picture, or drag a region with Shift, to pin its spectrum. Ctrl+click pins another one beside it.");
   const legend = h("div", { class: "legend" });
