@@ -38,7 +38,7 @@ def paths() -> LightPaths:
 def workspace(image: SpectralImage, other: SpectralImage, paths: LightPaths) -> Workspace:
     supplies = Supplies()
     sources: list[Source] = [ImageSource("box.nc", image), ImageSource("other.nc", other)]
-    return Workspace([*sources, PathsSource("box.paths", paths.job, supplies, (paths,))], supplies)
+    return Workspace([*sources, PathsSource("box.paths", paths.job, supplies, paths)], supplies)
 
 
 @pytest.fixture

@@ -25,6 +25,8 @@ def test_malformed_json(client: TestClient, body: bytes) -> None:
         ({"weights": {"sauce": 1}}, "no such component"),
         ({"exposure": 0}, "exposure"),
         ({"white": "moonlight"}, "no such illuminant"),
+        ({"white": "/etc/passwd"}, "no such illuminant"),
+        ({"white": [0.03, 1, 1e-9]}, "no eye can be adapted"),
         ({"white": [1, 2]}, "white"),
         ({"white": [0, 1, 1]}, "white"),
         ({"white": {"light": "sun"}}, "cannot be relit"),
@@ -100,3 +102,18 @@ def test_a_file_of_another_kind(client: TestClient) -> None:
         response = client.post("api/upload", params={"name": name, "kind": "material"}, content=b"abc")
         assert response.status_code == 400
         assert "/" not in response.json()["error"].splitlines()[0]
+
+
+def test_a_fault_of_ours_is_said(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """To the page, and with its traceback in the log."""
+
+    def fails(*_: object) -> None:
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr("fluorspar.view.app.picture_of", fails)
+    response = client.post("api/picture", json={"source": "0"})
+    assert response.status_code == 500
+    assert "ZeroDivisionError('oh')" in response.json()["error"]
+    assert "Traceback" in caplog.text

@@ -54,6 +54,7 @@ def view(
 
     check_extra()
     from fluorspar.view.opening import opened
+    from fluorspar.view.security import LOOPBACK
     from fluorspar.view.server import Server
     from fluorspar.view.supplies import Supplies
     from fluorspar.view.workspace import Workspace
@@ -63,6 +64,8 @@ def view(
     sources = opened(what, supplies, pairs(define or [], "-D"), **options)
     with Server(Workspace(sources, supplies), host=host, port=port) as server:
         console.out.print(server.address, markup=False, highlight=False)
+        if host not in LOOPBACK:
+            console.warning("whoever knows this address can look, and what is sent is not encrypted")
         console.note("Ctrl-C closes it")
         if not no_browser:
             webbrowser.open(server.address)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import threading
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -47,6 +48,7 @@ from fluorspar.view.workspace import UnknownSource, Workspace
 
 __all__ = ["make_app"]
 
+_LOG = logging.getLogger(__name__)
 _AGAIN = 0.05  # seconds
 _STATUS = {UnknownSource: 404, NotTraced: 503}
 
@@ -69,6 +71,7 @@ def make_app(workspace: Workspace, guard: Guard) -> ASGIApp:
     app.add_exception_handler(FluorsparError, _refused)
     app.add_exception_handler(MemoryError, _refused)
     app.add_exception_handler(HTTPException, _no_route)
+    app.add_exception_handler(Exception, _own_fault)
     return Gate(app, guard)
 
 
@@ -86,7 +89,7 @@ def _routes(workspace: Workspace) -> APIRouter:
     @routes.get("/api/about")
     def about() -> Response:
         maps = {mode: {"name": name, "stops": stops(mode)} for mode, name in MAPS.items()}
-        facts = {"version": __version__, "sources": workspace.about(), "library": workspace.supplies.menus}
+        facts = {"version": __version__, "sources": workspace.about(), "library": workspace.menus()}
         return _json(facts | {"colour_maps": maps})
 
     @routes.get("/api/progress")
@@ -168,10 +171,11 @@ async def _unless_abandoned(request: Request, answer: Callable[[threading.Event]
 
 
 def _picture(workspace: Workspace, view: View, abandoned: threading.Event) -> Response:
+    if workspace.source(view.source).kind == "image":
+        view = view.model_copy(update={"coarse": False})  # it is there in full
     kept = workspace.image(view, abandoned)
     drawn = picture_of(kept, view, workspace.white(view))
-    coarse = view.coarse and workspace.source(view.source).kind != "image"
-    facts = drawn.facts | {"coarse": coarse, "generation": kept.generation}
+    facts = drawn.facts | {"coarse": view.coarse, "generation": kept.generation}
     return Response(drawn.png, media_type="image/png", headers={"X-Fluorspar": json.dumps(plain(facts))})
 
 
@@ -212,3 +216,8 @@ async def _no_route(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     text = "there is nothing here" if error.status_code == 404 else error.detail
     return JSONResponse({"error": text}, error.status_code)
+
+
+async def _own_fault(request: Request, error: Exception) -> Response:
+    _LOG.error("a fault of Fluorspar itself; please report it", exc_info=error)
+    return JSONResponse({"error": f"a fault of Fluorspar itself ({error!r}); please report it"}, 500)

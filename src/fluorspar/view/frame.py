@@ -84,5 +84,5 @@ def frame(shown: SpectralImage | LightPaths, *, height: int = 720, port: int = 0
     if isinstance(shown, SpectralImage):
         source = ImageSource(str(shown.attrs.get("scene", "an image")), shown)
     else:
-        source = PathsSource(shown.job.scene.name, shown.job, supplies, (shown,))
+        source = PathsSource(shown.job.scene.name, shown.job, supplies, shown)
     return Frame(Server(Workspace([source], supplies), port=port, framed=True), height)

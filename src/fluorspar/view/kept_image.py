@@ -27,6 +27,8 @@ class KeptImage:
     image : SpectralImage
     generation : int
         That of the source when it was made.
+    made : bool
+        Whether it was made for this; else somebody else has it, and it takes no memory.
 
     Attributes
     ----------
@@ -34,8 +36,8 @@ class KeptImage:
         What was warned of when it was made.
     """
 
-    def __init__(self, image: SpectralImage, generation: int = 0) -> None:
-        self.image, self.generation = image, generation
+    def __init__(self, image: SpectralImage, generation: int = 0, *, made: bool = True) -> None:
+        self.image, self.generation, self.made = image, generation, made
         self.notes: tuple[str, ...] = ()
         self._xyz: dict[tuple[str, ...], Array] = {}
         self._exposures: dict[tuple[object, ...], float] = {}
@@ -43,10 +45,9 @@ class KeptImage:
 
     @property
     def nbytes(self) -> int:
-        """Size in memory, at most: of an image in a file only what was computed counts."""
-        held = sum(int(v.nbytes) for v in self.image.dataset.variables.values() if v._in_memory)
+        """Size in memory, at most."""
         names, height, width, _ = self.image.shape
-        return held + (names + 2) * height * width * 3 * 8
+        return (self.image.dataset.nbytes if self.made else 0) + (names + 2) * height * width * 3 * 8
 
     def xyz(self, names: tuple[str, ...]) -> Array:
         """XYZ of a sum of components, ndarray of shape (Y, X, 3), not to be written to."""

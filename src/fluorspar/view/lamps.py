@@ -11,7 +11,7 @@ from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.view.questions import LightSpectrum
 from fluorspar.view.uploads import Uploads
 
-__all__ = ["blackbody", "gaussian", "lamp_of"]
+__all__ = ["blackbody", "gaussian", "known_illuminant", "lamp_of"]
 
 _PLANCK = 6.62607015e-34 * 299792458.0 / 1.380649e-23 * 1e9  # second radiation constant, nm K
 _AT = np.arange(200.0, 1101.0, 5.0)  # nm
@@ -30,13 +30,7 @@ def lamp_of(asked: LightSpectrum, uploads: Uploads) -> Spectrum | str:
         If there is no such upload.
     """
     if asked.name is not None:
-        known = {name.casefold(): name for name in illuminants()}
-        if asked.name.casefold() not in known:  # a file of this computer is none of the names
-            expected = ", ".join(known.values())
-            raise SpectrumError(
-                message("there is no such illuminant", got=repr(asked.name), expected=expected)
-            )
-        return known[asked.name.casefold()]
+        return known_illuminant(asked.name)
     if asked.blackbody is not None:
         return blackbody(asked.blackbody)
     if asked.gaussian is not None:
@@ -45,6 +39,26 @@ def lamp_of(asked: LightSpectrum, uploads: Uploads) -> Spectrum | str:
         return uploads.light(asked.upload)
     at, values = np.array(sorted(asked.curve or [])).T
     return Spectrum(at, values, "drawn by hand")
+
+
+def known_illuminant(name: str) -> str:
+    """The name of an illuminant as it is listed; a file of this computer is none of them.
+
+    Raises
+    ------
+    SpectrumError
+        If there is none of that name.
+
+    Examples
+    --------
+    >>> known_illuminant("fl11")
+    'FL11'
+    """
+    known = {each.casefold(): each for each in illuminants()}
+    if name.casefold() not in known:
+        expected = ", ".join(known.values())
+        raise SpectrumError(message("there is no such illuminant", got=repr(name), expected=expected))
+    return known[name.casefold()]
 
 
 def blackbody(temperature: float) -> Spectrum:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,9 @@ from typing import Any
 from fluorspar.bispectral.lamp_colour import colour_under_lamp
 from fluorspar.bispectral.library import material, materials
 from fluorspar.bispectral.material import Material
-from fluorspar.errors import FluorsparError, FluorsparWarning, MaterialError, message
+from fluorspar.errors import FluorsparError, MaterialError, message
 from fluorspar.spectral.illuminants import illuminant, illuminants
+from fluorspar.view.heard import heard
 
 __all__ = ["known_material", "menus"]
 
@@ -27,8 +27,7 @@ def menus(folders: Sequence[Path]) -> dict[str, Any]:
     listed = []
     for name in materials(folders):
         try:
-            with warnings.catch_warnings():  # `fluorspar materials show` says what is assumed
-                warnings.simplefilter("ignore", FluorsparWarning)
+            with heard():  # `fluorspar materials show` says what is assumed
                 read = material(name, folders)
                 rgb = colour_under_lamp(read, "D65").srgb
         except FluorsparError:

@@ -59,6 +59,6 @@ def _opened(
         return ImageSource(text_of(name), open_image(name))
     if suffix == PATHS:
         paths = load_paths(name)
-        return PathsSource(text_of(name), paths.job, supplies, (paths,))
+        return PathsSource(text_of(name), paths.job, supplies, paths)
     scene = load_scene(name, parameters=parameters, library=supplies.folders)
     return SceneSource(text_of(name), RenderJob.of(scene, **options), supplies)

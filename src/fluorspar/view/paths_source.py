@@ -20,7 +20,7 @@ from fluorspar.view.turns import Turns
 
 __all__ = ["NotTraced", "PathsSource"]
 
-_COARSE_SAMPLES = 2**18  # of all pixels: enough to see what a slider does
+_COARSE_SAMPLES = 2**19  # of all pixels: enough to see what a slider does
 
 
 class NotTraced(FluorsparError):
@@ -28,7 +28,7 @@ class NotTraced(FluorsparError):
 
 
 class PathsSource:
-    """Light paths of a scene, perhaps of several numbers of samples, the last of which has the most.
+    """Light paths of a scene.
 
     Parameters
     ----------
@@ -36,16 +36,25 @@ class PathsSource:
     job : RenderJob
         What is traced.
     supplies : Supplies
-    levels : tuple of LightPaths
+    paths : LightPaths, optional
         What was traced of it.
+
+    Attributes
+    ----------
+    generation : int
+        How often there were paths, each time of more samples.
+    few : LightPaths or None
+        Those of fewer samples for coarse pictures, which are swept at once; None: `paths`.
     """
 
     kind = "paths"
 
     def __init__(
-        self, name: str, job: RenderJob, supplies: Supplies, levels: tuple[LightPaths, ...] = ()
+        self, name: str, job: RenderJob, supplies: Supplies, paths: LightPaths | None = None
     ) -> None:
-        self.name, self.supplies, self.levels = name, supplies, levels
+        self.name, self.supplies = name, supplies
+        self.paths, self.generation = paths, int(paths is not None)
+        self.few: LightPaths | None = None
         self._job = job
 
     @property
@@ -54,14 +63,9 @@ class PathsSource:
         return self._job
 
     @property
-    def generation(self) -> int:
-        """The number of levels."""
-        return len(self.levels)
-
-    @property
     def samples(self) -> int:
-        """Samples per pixel of the last level."""
-        return self.levels[-1].job.scene.settings.spp if self.levels else 0
+        """Samples per pixel of the paths there are."""
+        return 0 if self.paths is None else self.paths.job.scene.settings.spp
 
     def image(self, relight: Relight, coarse: bool, progress: Progress | None = None) -> KeptImage:
         """Sweep the paths.
@@ -73,32 +77,33 @@ class PathsSource:
         FluorsparError
             If a light or material cannot be what it is to be, see `LightPaths.image`.
         """
-        levels = self.levels
-        if not levels:
-            self.explain_nothing()
+        generation, paths = self.generation, self.paths
+        if paths is None:
+            raise self.why_nothing()
         changes: dict[str, Any] = {}
         if not relight.is_nothing:
             changes = changes_of(self.job.scene, relight, self.supplies)
         if coarse:
             settings = self.job.scene.settings
             changes["samples"] = max(1, _COARSE_SAMPLES // (settings.width * settings.height))
-        return KeptImage(levels[-1].image(**changes, progress=progress), len(levels))
+            paths = self.few or paths
+        return KeptImage(paths.image(**changes, progress=progress), generation)
 
-    def explain_nothing(self) -> None:
-        """Say why there is no path."""
-        raise NotTraced(message("the scene is being traced: there is no picture yet", where=self.name))
+    def why_nothing(self) -> FluorsparError:
+        """Why there is no path."""
+        return NotTraced(message("the scene is being traced: there is no picture yet", where=self.name))
 
     def about(self) -> dict[str, Any]:
         """Facts of the scene."""
         job = self.job
-        settings = job.scene.settings
+        width, height = job.scene.settings.width, job.scene.settings.height
         return {
-            "size": (settings.width, settings.height),
+            "size": (width, height),
             "wavelengths": job.grid.values,
             "unit": UNITS,
             "components": component_facts(COMPONENTS),
             "standard_error": True,
-            "partial": False,
+            "partial": self.paths is not None and self.paths.pixels < width * height,
             "attrs": job.attrs | {"spp": self.samples},
             "lights": light_facts(job.scene),
             "surfaces": surface_facts(job.scene),

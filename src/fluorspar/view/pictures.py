@@ -94,7 +94,8 @@ def exposed(kept: KeptImage, view: View, white: Array | None) -> tuple[Array, fl
     if view.exposure is not None:
         return lit + source, view.exposure
     of_white = None if white is None else tuple(white)
-    return lit + source, kept.exposure(lit, of_white, *sorted(view.weights.items()))
+    every = 2 if view.coarse else 1
+    return lit + source, kept.exposure(lit[::every, ::every], of_white, every, *sorted(view.weights.items()))
 
 
 def components_of(kept: KeptImage, view: View, white: Array | None) -> dict[str, Any]:

@@ -133,7 +133,7 @@ class Saved(View):
 
     format: Literal["nc", "exr", "png", "csv"]
     name: Name = ""
-    pins: list[Pin] = []
+    pins: Annotated[list[Pin], Field(max_length=1000)] = []
 
 
 class Compared(_Question):

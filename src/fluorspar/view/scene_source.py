@@ -57,11 +57,11 @@ class SceneSource(PathsSource):
         """How far tracing is, or why it ended too early."""
         return {"generation": self.generation, "progress": self._state, "error": self._error}
 
-    def explain_nothing(self) -> None:
-        """Say why there is no path."""
-        if self._error is not None:
-            raise OptionError(message("the scene could not be traced", where=self.name, got=self._error))
-        super().explain_nothing()
+    def why_nothing(self) -> FluorsparError:
+        """Why there is no path."""
+        if self._error is None:
+            return super().why_nothing()
+        return OptionError(message("the scene could not be traced", where=self.name, got=self._error))
 
     def _trace(self, turns: Turns) -> None:
         try:
@@ -80,7 +80,7 @@ class SceneSource(PathsSource):
             self._state = None
 
     def _trace_level(self, spp: int, turns: Turns) -> None:
-        doing = "refining" if self.levels else "tracing"
+        doing = "tracing" if self.paths is None else "refining"
 
         def progress(done: int, whole: int) -> None:
             if self._stopped.is_set():
@@ -90,10 +90,14 @@ class SceneSource(PathsSource):
 
         progress(0, 1)
         job = replace(self.job, scene=self.job.scene.with_settings(spp=spp))
-        self.levels = (*self.levels, trace_job(job, progress))
+        if self.paths is not None and self.few is None:
+            self.few = self.paths
+        self.paths = trace_job(job, progress)
+        self.generation += 1  # afterwards: an image is never taken for a better one than it is
 
     def _check_memory(self, spp: int) -> None:
-        if self.levels and self.levels[-1].nbytes / self.samples * spp > available_memory() / _SHARE:
+        paths = self.paths
+        if paths is not None and paths.nbytes / self.samples * spp > available_memory() / _SHARE:
             fix = "fewer samples (--spp), a smaller image (--size), or light paths in a file ('fluorspar trace')"
             got = f"{self.samples} of {self.job.scene.settings.spp} samples are traced"
             raise OptionError(

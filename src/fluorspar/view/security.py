@@ -13,13 +13,15 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["MOST_BYTES", "Gate", "Guard", "new_token"]
+__all__ = ["LOOPBACK", "MOST_BYTES", "Gate", "Guard", "new_token"]
 
 MOST_BYTES = 8 * 2**20
 """Of the body of a request."""
 
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+"""Names of this computer that no other one can reach."""
+
 _TOO_LARGE = f"that is too large: at most {MOST_BYTES >> 20} MiB are taken"
-_LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _EVERYWHERE = ("0.0.0.0", "::")
 _HEADERS = {
     "X-Content-Type-Options": "nosniff",
@@ -93,7 +95,7 @@ class Guard:
         import socket
 
         own = () if self.host not in _EVERYWHERE else (socket.gethostname().lower(),)
-        return (*_LOOPBACK, self.host.lower(), *own)
+        return (*LOOPBACK, self.host.lower(), *own)
 
 
 def _is_address(name: str) -> bool:

@@ -15,6 +15,7 @@ from fluorspar.view.workspace import Workspace
 
 __all__ = ["Server"]
 
+_SEEN_HERE = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # what browsers call them
 _PATIENCE = 3  # seconds that answers under way may take at the end
 
 
@@ -50,7 +51,8 @@ class Server:
         self._socket = _listening(host, port)
         port = int(self._socket.getsockname()[1])
         guard = Guard(new_token(), host, port, framed)
-        shown = f"[{host}]" if ":" in host else host
+        shown = _SEEN_HERE.get(host, host)
+        shown = f"[{shown}]" if ":" in shown else shown
         self.address = f"http://{shown}:{port}/{guard.token}/"
         config = uvicorn.Config(
             make_app(workspace, guard),

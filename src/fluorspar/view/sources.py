@@ -74,7 +74,7 @@ class ImageSource:
         """The image; what is to be changed is refused."""
         if not relight.is_nothing:
             _ = self.job
-        return KeptImage(self._image)
+        return KeptImage(self._image, made=False)
 
     def about(self) -> dict[str, Any]:
         """Facts of the image."""

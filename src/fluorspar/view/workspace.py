@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import threading
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.colour.adaptation import is_adaptable
 from fluorspar.colour.xyz import white_xyz
-from fluorspar.errors import FluorsparError, FluorsparWarning, message
+from fluorspar.errors import FluorsparError, OptionError, message
 from fluorspar.files.memory import available_memory
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.spectrum import Spectrum
+from fluorspar.view.heard import heard
 from fluorspar.view.image_cache import ImageCache
 from fluorspar.view.kept_image import KeptImage
+from fluorspar.view.lamps import known_illuminant
 from fluorspar.view.matrices import matrix_of
 from fluorspar.view.pictures import exposed
 from fluorspar.view.questions import LightSetting, MatrixAsked, View, WhiteLight
@@ -57,7 +59,7 @@ class Workspace:
 
     def start(self) -> None:
         """Begin what goes on in the background."""
-        threading.Thread(target=lambda: self.supplies.menus, name="reading the library", daemon=True).start()
+        threading.Thread(target=self.menus, name="reading the library", daemon=True).start()
         for source in self.sources.values():
             source.start(self._turns)
 
@@ -101,11 +103,9 @@ class Workspace:
             kept = self._cache.get(key)
             if kept is not None and kept.generation == source.generation:
                 return kept
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always", FluorsparWarning)
+            with heard() as texts:
                 made = source.image(view.relight, coarse, progress)
-            texts = (str(each.message) for each in caught if issubclass(each.category, FluorsparWarning))
-            made.notes = tuple(dict.fromkeys(texts))
+            made.notes = tuple(texts)
             return self._cache.put(key, made)
 
     def white(self, view: View) -> Array | None:
@@ -113,13 +113,18 @@ class Workspace:
         if view.white is None:
             return None
         if isinstance(view.white, tuple):
-            return np.array(view.white)
-        grid = self.image(view).image.wavelengths
-        if isinstance(view.white, WhiteLight):
-            light = self.light(view.source, view.white.light, view.relight.lights.get(view.white.light))
+            white = np.array(view.white)
         else:
-            light = illuminant(view.white)
-        return white_xyz(light.on(grid, outside="hold"), grid)
+            grid = self.image(view).image.wavelengths
+            if isinstance(view.white, WhiteLight):
+                light = self.light(view.source, view.white.light, view.relight.lights.get(view.white.light))
+            else:
+                light = illuminant(known_illuminant(view.white))
+            white = white_xyz(light.on(grid, outside="hold"), grid)
+        if not is_adaptable(white):
+            fix = "choose a light that is less of one colour, or no adaptation"
+            raise OptionError(message("no eye can be adapted to this white", got=f"XYZ {white}", fix=fix))
+        return white
 
     def light(self, source: str, name: str, setting: LightSetting | None) -> Spectrum:
         """The spectrum of a light of a source as it is set."""
@@ -142,6 +147,11 @@ class Workspace:
         else:
             exposure = exposed(kept, view, white)[1]
         return np.asarray(white / white[1] / exposure)
+
+    def menus(self) -> dict[str, Any]:
+        """What lamps and dyes there are to choose from."""
+        with self._turns.looking(None):
+            return self.supplies.menus
 
     def about(self) -> list[dict[str, Any]]:
         """Every source with its id."""
