@@ -44,7 +44,8 @@ export function componentsPanel(node, { store, about }) {
 
   function row({ name, number, label, meaning = label }) {
     const picture = h("img", { alt: "", class: "thumb" });
-    const solo = h("button", { type: "button", class: "plain solo", title: `Show only ${label}`, click: () => only([number]) }, picture);
+    const gain = h("span", { class: "gain" });
+    const solo = h("button", { type: "button", class: "plain solo", title: `Show only ${label}`, click: () => only([number]) }, picture, gain);
     const eye = h("button", { type: "button", class: "icon plain", "aria-label": `Show ${label}`, click: () => setWeight(name, weightOf(store.view.weights, name) === 0 ? 1 : 0) });
     const share = h("output", { class: "share" });
     const bar = h("span", { class: "share-bar" });
@@ -60,7 +61,7 @@ export function componentsPanel(node, { store, about }) {
       h("div", { class: "about-component" }, h("div", { class: "name" }, swatch(componentColour(name)), h("span", { title: meaning }, `${number ?? ""} ${label}`), share), h("div", { class: "share-track" }, bar), weight.node),
       eye,
     );
-    return { item, picture, share, bar, weight, eye };
+    return { item, picture, gain, share, bar, weight, eye };
   }
 
   let built = "";
@@ -108,10 +109,12 @@ export function componentsPanel(node, { store, about }) {
     const answer = await fault.of(() => api.components(view));
     if (!answer) return;
     asked = key;
+    sums.hidden = answer.reflected === null;
     sums.textContent = `Of the luminance ${percent(answer.reflected)} is reflected, ${percent(answer.luminescent)} luminescent.`;
-    for (const { name, share, png } of answer.components) {
+    for (const { name, share, png, exposure_factor: factor } of answer.components) {
       if (!rows[name]) continue;
       rows[name].picture.src = png;
+      rows[name].gain.textContent = factor > 1 ? `× ${factor}` : ""; // dark components are shown brighter
       rows[name].share.textContent = percent(share);
       rows[name].bar.style.width = `${Math.max(0, Math.min(1, share)) * 100}%`;
     }

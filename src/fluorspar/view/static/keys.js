@@ -17,15 +17,16 @@ const ON_PICTURE = [
   ["Esc", "put the cursor away"],
 ];
 
-const isField = (node) => node.matches("input:not([type=range], [type=checkbox]), select, textarea");
+/** Whether a key belongs to the field it is typed in: all keys of a text or number, the letters of a menu. */
+function isTyped({ target, ctrlKey, metaKey }) {
+  if (target.matches("select")) return !ctrlKey && !metaKey;
+  return target.matches("input:not([type=range], [type=checkbox])");
+}
 
 /** `bindings`: as `shortcuts` gives them. */
 export function listenToKeys(bindings) {
   document.addEventListener("keydown", (event) => {
-    if (document.querySelector("dialog[open]")) return;
-    if (isField(event.target) && !event.altKey && !event.ctrlKey && !event.metaKey) return;
-    // in a text field Ctrl+Z undoes typing
-    if (event.target.matches("input[type=text], input[type=search]") && !event.altKey) return;
+    if (document.querySelector("dialog[open]") || isTyped(event)) return;
     const found = bindings.flatMap(([, , pairs]) => pairs).find(([matches]) => matches(event));
     if (!found) return;
     event.preventDefault();

@@ -99,7 +99,7 @@ async function start() {
   infoPanel(panel.pages.info, context);
   statusLine(part("status"), context);
 
-  const bindings = shortcuts(context, tools, TABS.map(([name]) => name));
+  const bindings = shortcuts(context, tools, panel);
   listenToKeys(bindings);
 }
 

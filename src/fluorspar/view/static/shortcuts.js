@@ -6,10 +6,9 @@ const plain = (event) => !event.ctrlKey && !event.metaKey && !event.altKey;
 const key = (...names) => (event) => plain(event) && names.includes(event.key);
 const control = (name, shift) => (event) =>
   (event.ctrlKey || event.metaKey) && !event.altKey && event.shiftKey === shift && event.key.toLowerCase() === name;
-const alt = (number) => (event) => event.altKey && !event.ctrlKey && event.code === `Digit${number}`;
 
 /** [[the keys in words, their meaning, [[matches(event), act], ...]], ...] */
-export function shortcuts({ store, stage, help }, tools, tabs) {
+export function shortcuts({ store, stage, help }, tools, panel) {
   const onView = (edit) => () => store.change(({ view }) => edit(view));
   const redo = () => store.redo();
   return [
@@ -25,7 +24,7 @@ export function shortcuts({ store, stage, help }, tools, tabs) {
     ["+, −", "zoom", [[key("+", "="), () => stage.zoom(1.5)], [key("-"), () => stage.zoom(1 / 1.5)]]],
     ["V, B", "a drag moves, a drag draws a region", [[key("v"), () => (stage.tool = "pan")], [key("b"), () => (stage.tool = "region")]]],
     ["P", "to the picture, for its keys", [[key("p"), () => stage.canvas.focus()]]],
-    ["Alt + 1 … 5", "tabs of the panel", tabs.map((name, index) => [alt(index + 1), () => store.change((state) => (state.panel = name), { quiet: true })])],
+    ["T, Shift + T", "next, previous tab of the panel", [[key("t"), () => panel.step(1)], [key("T"), () => panel.step(-1)]]],
     ["Ctrl + Z", "undo", [[control("z", false), () => store.undo()]]],
     ["Ctrl + Shift + Z", "redo", [[control("z", true), redo], [control("y", false), redo]]],
   ];
