@@ -382,6 +382,42 @@ def test_a_picked_pixel_is_white(page, paths):
     )
 
 
+def test_every_control_has_a_name(page):
+    page.click(place(page, WALL))
+    page.choose("[aria-label='Compare with']", "keep")
+    controls = {
+        "button",
+        "slider",
+        "spinbutton",
+        "combobox",
+        "checkbox",
+        "radio",
+        "tab",
+        "textbox",
+        "searchbox",
+    }
+    for tab in range(1, 6):
+        page.click(f"[role=tab]:nth-child({tab})")
+        settled(page)
+        nodes = page.send("Accessibility.getFullAXTree")["nodes"]
+        found = [node for node in nodes if node.get("role", {}).get("value") in controls]
+        assert len(found) > 20
+        assert all(node["name"]["value"] for node in found if not node.get("ignored"))
+
+
+def test_a_scene_is_traced_while_one_looks(browser, tmp_path):
+    supplies = Supplies()
+    sources = opened(["cornell-box"], supplies, size=(SIZE, SIZE), spp=32, wavelengths="400:700:20")
+    with Server(Workspace(sources, supplies)) as server:
+        browser.open(server.address)
+        settled(browser)
+        browser.click(place(browser, WALL))
+        image = fluorspar.render("cornell-box", size=(SIZE, SIZE), spp=32, wavelengths="400:700:20")
+        y = xyz_at(image, WALL)[1]
+        browser.wait(f"Math.abs(document.querySelector('tr[data-row=Y] td')?.textContent / {y} - 1) < 6e-4")
+        assert browser.troubles == []
+
+
 def test_what_is_saved_is_the_image(page, paths):
     page.click("[role=tab]:nth-child(4)")
     page.wait("document.querySelector('.command').textContent.startsWith('fluorspar ')")

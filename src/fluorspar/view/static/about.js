@@ -16,7 +16,7 @@ export class About extends EventTarget {
   constructor() {
     super();
     api.contact.addEventListener("gone", () => this.#later(RETRY));
-    api.contact.addEventListener("back", () => this.load());
+    api.contact.addEventListener("back", () => this.load().catch(() => this.#later(RETRY)));
   }
 
   source(id) {

@@ -2,6 +2,8 @@
 // address bar and sent with every request; the server keeps nothing of it.
 
 const UNDO_STEPS = 200;
+const LAYOUTS = ["slider", "side", "map"];
+const PANELS = ["components", "spectrum", "relight", "save", "info"];
 
 /** How a source is looked at before anything was changed. */
 export function plainView(source) {
@@ -142,14 +144,19 @@ export function stateOf(hash, sources) {
   const state = { ...plain, ...known(read, plain), view: { ...plain.view, ...known(read.view ?? {}, plain.view) } };
   const relight = { ...plain.view.relight, ...state.view.relight };
   state.view = { ...state.view, relight };
+  const numbers = (list, count) => Array.isArray(list) && list.length === count && list.every(Number.isFinite);
   const there = (id) => sources.some((source) => source.id === id);
   const sound =
     there(state.view.source) &&
     (state.other === null || there(state.other.source)) &&
     Object.values(relight).every(isObject) &&
     isObject(state.view.weights) &&
+    [state.view.band, state.view.range].every((pair) => pair === null || numbers(pair, 2)) &&
+    (state.view.exposure === null || state.view.exposure > 0) &&
+    LAYOUTS.includes(state.layout) &&
+    PANELS.includes(state.panel) &&
     Array.isArray(state.pins) &&
-    state.pins.every((pin) => isObject(pin) && Array.isArray(pin.region) && pin.region.length === 4 && pin.region.every(Number.isInteger));
+    state.pins.every((pin) => isObject(pin) && numbers(pin.region, 4));
   if (!sound) throw new Error("not a view of these images");
   return state;
 }

@@ -77,6 +77,7 @@ export function toolbar(node, { store, stage, frames, about, report, help }) {
   function fill() {
     const { source } = store.view;
     fillSelect(sources, about.sources.map(({ id }) => [id, about.title(id)]), source);
+    document.title = `${about.title(source)} – Fluorspar`;
     const { standard_error: known, wavelengths = [] } = about.source(source);
     const why = known ? "" : "This image holds no standard errors.";
     modes.allow("standard_error", why);
