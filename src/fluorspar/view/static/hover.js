@@ -53,7 +53,7 @@ export class Hovered extends EventTarget {
     frames.addEventListener("change", () => {
       if (!now) return;
       write(now, this.spectrum); // another picture lies under a pointer that rests
-      ask(now);
+      if (!store.live) ask(now); // a coarse picture must not cost a sweep of all bands
     });
     stage.addEventListener("hover", ({ detail }) => {
       if (now && detail && now.x === detail.x && now.y === detail.y && now.side === detail.side) return;

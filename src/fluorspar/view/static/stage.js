@@ -238,7 +238,9 @@ export class Stage extends EventTarget {
       },
     });
     this.#canvas.addEventListener("blur", () => {
+      if (!this.#cursor) return;
       this.#cursor = this.#anchor = null;
+      this.#hover(null);
       this.#redraw();
     });
   }
