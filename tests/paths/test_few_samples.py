@@ -31,6 +31,25 @@ def test_all_samples_are_the_image() -> None:
     assert paths.image(samples=1000).attrs["spp"] == 4
 
 
+@pytest.mark.parametrize(
+    ("scene", "spp", "few"), [("cornell-box", 16, 3), ("still-life", 8, 2), ("cornell-box", 256, 9)]
+)
+def test_what_is_cut_out_is_what_is_swept(
+    scene: str, spp: int, few: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether the samples come from paths that are held as a whole, or are cut out of them."""
+    paths = fluorspar.trace(scene, size=(12, 9), spp=spp)
+    paths.image()
+    whole = paths.image(samples=few)
+    paths._held.clear()
+    cut = paths.image(samples=few)
+    assert list(paths._held) == [cut.attrs["spp"]] == [few]
+    again = paths.image(samples=few)
+    for name in ("radiance", "standard_error"):
+        assert np.array_equal(cut.dataset[name], whole.dataset[name])
+        assert np.array_equal(cut.dataset[name], again.dataset[name])
+
+
 def test_every_lane_is_swept() -> None:
     """A pixel of many samples is traced by several lanes, of which each has to give one at least."""
     paths = fluorspar.trace("cornell-box", size=(4, 4), spp=256, wavelengths="400:700:50")

@@ -193,9 +193,9 @@ class TestDamage:
     def test_a_class_that_is_none_of_ours(self, files: dict[str, Path], tmp_path: Path) -> None:
         shutil.copy(files["cornell-box"], tmp_path / "a.paths")
         with h5py.File(tmp_path / "a.paths", "a") as file:
-            text = file["record"].asstr()[()].replace('"class": "Spectrum"', '"class": "Path"')
+            text = bytes(file["record"][...]).replace(b'"class": "Spectrum"', b'"class": "Path"')
             del file["record"]
-            file["record"] = text
+            file["record"] = np.frombuffer(text, np.uint8)
         with pytest.raises(PathsError, match="damaged"):
             load_paths(tmp_path / "a.paths")
 

@@ -17,6 +17,7 @@ from fluorspar import SpectralImage
 from fluorspar.image.display.appearance import appearance, auto_exposure, show
 from fluorspar.view.image_cache import ImageCache
 from fluorspar.view.kept_image import KeptImage
+from fluorspar.view.sources import ImageSource
 
 
 def pixels_of(response: Any) -> NDArray[np.uint8]:
@@ -124,3 +125,31 @@ def test_the_cache_is_bounded() -> None:
     for number in range(10):
         cache.put((str(number),), KeptImage(image_of(number)))
     assert [number for number in range(10) if cache.get((str(number),)) is not None] == [7, 8, 9]
+
+
+def test_an_image_that_is_not_split(workspace: Any, ask: Ask, refused: Ask) -> None:
+    """Of another program: one component, no standard error, and a quantity that has no luminance."""
+    attrs = {"unit": "1", "quantity": "reflectance"}
+    values = np.linspace(0.1, 0.9, 48).reshape(1, 6, 8, 1) * np.ones(len(GRID))
+    sheet = SpectralImage.from_arrays(values, GRID, attrs=attrs, components=["total"])
+    workspace.sources["0"] = ImageSource("sheet.hdr", sheet)
+    facts = facts_of(ask("picture", source="0", weights={"total": 0.5}))
+    assert (facts["white_at"], facts["unit"]) == (None, "1")
+    answer = ask("components", source="0")
+    assert [(row["name"], row["number"], row["share"]) for row in answer["components"]] == [
+        ("total", None, 1.0)
+    ]
+    assert (answer["total"], answer["reflected"], answer["luminescent"]) == (1.0, None, None)
+    spectrum = ask("spectrum", source="0", region=[0, 0, 0, 0], weights={"total": 2})
+    assert spectrum["total"] == pytest.approx([0.2] * len(GRID))
+    assert (spectrum["luminescent_share"], spectrum["standard_error"]) == (None, None)
+    assert "no standard error" in refused("picture", source="0", mode="standard_error")
+    assert "no such component" in refused("picture", source="0", weights={"source": 1})
+
+
+def test_everything_switched_off_is_black(ask: Ask, image: SpectralImage) -> None:
+    nothing = dict.fromkeys(image.components, 0.0)
+    assert not pixels_of(ask("picture", source="0", weights=nothing)).any()
+    assert ask("components", source="0", weights=nothing)["components"][0]["share"] is None
+    spectrum = ask("spectrum", source="0", region=[0, 0, 1, 1], weights=nothing, reference=[0, 0, 0, 0])
+    assert (spectrum["luminance"], spectrum["xy"], spectrum["cct"]) == (0, [None, None], None)

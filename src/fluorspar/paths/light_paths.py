@@ -20,6 +20,7 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.notebook import explore
 from fluorspar.paths.chunks import trace_chunks
+from fluorspar.paths.first_samples import first_samples
 from fluorspar.paths.log import SURVIVAL, Chunk, lanes_per_pixel
 from fluorspar.paths.numbering import count_rows, rows_shown
 from fluorspar.paths.packed import PackedChunk, pack, unpack
@@ -53,7 +54,9 @@ class LightPaths:
 
     job: RenderJob
     chunks: Sequence[PackedChunk]
-    _held: dict[bytes, list[Chunk]] = field(default_factory=dict, init=False)
+    _held: dict[int, tuple[bytes, list[Chunk]]] = field(
+        default_factory=dict, init=False
+    )  # by samples per pixel
 
     def __reduce__(self) -> tuple[Any, ...]:
         if isinstance(self.chunks, PathsInFile):
@@ -257,21 +260,27 @@ class LightPaths:
         """Go through the chunks, with the rows of the scene of a job; keep them for the next image if they are few."""
         row_of, beyond = rows_shown(self.job.scene, job.scene)
         key = row_of.tobytes() + str(beyond).encode()
-        if key in self._held:
-            yield from self._held[key]
-            return
+        traced, spp = self.job.scene.settings.spp, job.scene.settings.spp
+        for samples in (traced, spp):
+            shown_as, chunks = self._held.get(samples, (b"", []))
+            if shown_as == key:
+                yield from chunks
+                return
         held: list[Chunk] | None = []
         with ThreadPoolExecutor(job.threads or usable_cores()) as pool:
             for packed in self.chunks:
                 chunk = unpack(packed, row_of, beyond, pool)
+                if spp < traced:
+                    chunk = first_samples(chunk, spp)
                 if held is not None:
                     held.append(chunk)
                     if sum(each.log.nbytes for each in held) > _HELD:
                         held = None
                 yield chunk
         if held is not None:
-            self._held.clear()
-            self._held[key] = held
+            for other in self._held.keys() - {traced}:
+                del self._held[other]
+            self._held[spp] = key, held
 
 
 def load_paths(path: str | os.PathLike[str]) -> LightPaths:

@@ -238,16 +238,21 @@ def sides_of(state: Any, index: int, where: str) -> list[int]:
 def build(state: Any, index: int = 0) -> Any:
     """Build one node, with what hangs below it, as a Mitsuba object in the variant that is set.
 
+    By one thread: several add up the vertex normals of a mesh without any in an order that is never the same.
+
     Raises
     ------
     SceneError
         With Mitsuba's reason, if it refuses.
     """
+    import drjit as dr
     import mitsuba as mi
 
     part = copy_nodes(state)
     if index:
         part.nodes[0] = part.nodes[index]
+    threads = dr.thread_count()
+    dr.set_thread_count(1)
     try:
         built = mi.parser.instantiate(parser_config(mi.variant()), part)
     except Exception as err:  # a missing mesh, a value out of range, ...
@@ -262,6 +267,8 @@ def build(state: Any, index: int = 0) -> Any:
                 fix=_suggestion(str(err)),
             )
         ) from err
+    finally:
+        dr.set_thread_count(threads)
     return built[0] if isinstance(built, list) else built
 
 

@@ -70,6 +70,7 @@ def make_app(workspace: Workspace, guard: Guard) -> ASGIApp:
     app.add_exception_handler(RequestValidationError, _malformed)
     app.add_exception_handler(FluorsparError, _refused)
     app.add_exception_handler(MemoryError, _refused)
+    app.add_exception_handler(Abandoned, _nobody_waits)
     app.add_exception_handler(HTTPException, _no_route)
     app.add_exception_handler(Exception, _own_fault)
     return Gate(app, guard)
@@ -164,8 +165,6 @@ async def _unless_abandoned(request: Request, answer: Callable[[threading.Event]
     watching = asyncio.create_task(watch())
     try:
         return await run_in_threadpool(answer, abandoned)
-    except Abandoned:
-        return Response(status_code=204)
     finally:
         watching.cancel()
 
@@ -210,6 +209,10 @@ async def _refused(request: Request, error: Exception) -> Response:
         return JSONResponse({"error": "the memory does not suffice"}, 400)
     status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 400)
     return JSONResponse({"error": str(error)}, status)
+
+
+async def _nobody_waits(request: Request, error: Exception) -> Response:
+    return Response(status_code=204)
 
 
 async def _no_route(request: Request, error: Exception) -> Response:

@@ -43,8 +43,6 @@ class PathsSource:
     ----------
     generation : int
         How often there were paths, each time of more samples.
-    few : LightPaths or None
-        Those of fewer samples for coarse pictures, which are swept at once; None: `paths`.
     """
 
     kind = "paths"
@@ -54,7 +52,6 @@ class PathsSource:
     ) -> None:
         self.name, self.supplies = name, supplies
         self.paths, self.generation = paths, int(paths is not None)
-        self.few: LightPaths | None = None
         self._job = job
 
     @property
@@ -86,7 +83,6 @@ class PathsSource:
         if coarse:
             settings = self.job.scene.settings
             changes["samples"] = max(1, _COARSE_SAMPLES // (settings.width * settings.height))
-            paths = self.few or paths
         return KeptImage(paths.image(**changes, progress=progress), generation)
 
     def why_nothing(self) -> FluorsparError:

@@ -90,8 +90,6 @@ class SceneSource(PathsSource):
 
         progress(0, 1)
         job = replace(self.job, scene=self.job.scene.with_settings(spp=spp))
-        if self.paths is not None and self.few is None:
-            self.few = self.paths
         self.paths = trace_job(job, progress)
         self.generation += 1  # afterwards: an image is never taken for a better one than it is
 

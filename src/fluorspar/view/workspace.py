@@ -55,6 +55,7 @@ class Workspace:
         self.sources = {str(number): source for number, source in enumerate(sources)}
         self.supplies = supplies or Supplies()
         self._turns = Turns()
+        self._closed = threading.Event()
         self._cache = ImageCache(min(_MOST_BYTES, available_memory() // _SHARE))
 
     def start(self) -> None:
@@ -64,7 +65,8 @@ class Workspace:
             source.start(self._turns)
 
     def close(self) -> None:
-        """End it."""
+        """End it, and whatever is being made."""
+        self._closed.set()
         for source in self.sources.values():
             source.stop()
 
@@ -87,7 +89,7 @@ class Workspace:
         Raises
         ------
         Abandoned
-            If the event comes before it is done.
+            If the event comes before it is done, or the end.
         FluorsparError
             If it cannot be made.
         """
@@ -96,7 +98,7 @@ class Workspace:
         key = (view.source, view.relight.key, str(coarse))
 
         def progress(done: int, whole: int) -> None:
-            if abandoned is not None and abandoned.is_set():
+            if self._closed.is_set() or (abandoned is not None and abandoned.is_set()):
                 raise Abandoned
 
         with self._turns.looking(abandoned):
