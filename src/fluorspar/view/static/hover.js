@@ -58,6 +58,7 @@ export class Hovered extends EventTarget {
     stage.addEventListener("hover", ({ detail }) => {
       if (now && detail && now.x === detail.x && now.y === detail.y && now.side === detail.side) return;
       now = detail;
+      output.ariaLive = detail?.byKeyboard ? "polite" : "off"; // a screen reader follows the keys, not the mouse
       if (!detail || !this.spectrum) write(detail, null);
       ask(detail);
     });

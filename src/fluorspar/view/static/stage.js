@@ -237,6 +237,7 @@ export class Stage extends EventTarget {
         this.#redraw();
       },
     });
+    document.addEventListener("keydown", ({ key }) => key === "Escape" && this.#endPick());
     this.#canvas.addEventListener("blur", () => {
       if (!this.#cursor) return;
       this.#cursor = this.#anchor = null;
@@ -252,7 +253,7 @@ export class Stage extends EventTarget {
     this.#cursor = { x: clamp(from.x + dx, 0, width - 1), y: clamp(from.y + dy, 0, height - 1) };
     if (this.#anchor) this.#draft = regionOf(this.#anchor, this.#cursor);
     this.#viewport.reveal(this.#cursor, this.#room);
-    this.#hover({ ...this.#cursor, side: "a" });
+    this.#hover({ ...this.#cursor, side: "a", byKeyboard: true });
     this.#moved();
   }
 }
