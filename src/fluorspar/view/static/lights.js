@@ -96,7 +96,7 @@ function lightCard(light, { store, about }) {
     spark.put(answer);
   });
 
-  // an address may name a file of another session
+  // an address may name a file of an earlier run
   const isKnown = (kind) => {
     if (kind?.upload) return uploadsOf("light").some((file) => file.id === kind.upload);
     return !kind?.name || about.library.illuminants.some((each) => each.name === kind.name);
