@@ -102,6 +102,8 @@ def test_what_is_told_of_a_scene(client: TestClient, paths: LightPaths) -> None:
     assert [light["id"] for light in scene["lights"]] == ["light"]
     wall = next(row for row in scene["surfaces"] if row["id"] == "left-wall")
     assert (wall["front"], wall["fluorescent"], wall["why_not"]) == ("poster-red", True, "")
+    library = client.get("api/about").json()["library"]["materials"]
+    assert wall["srgb"] == next(row["srgb"] for row in library if row["name"] == "poster-red")
     assert scene["size"] == [16, 16]
     assert scene["wavelengths"] == paths.job.grid.values.tolist()
 

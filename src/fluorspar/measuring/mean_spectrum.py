@@ -18,16 +18,15 @@ Array = NDArray[np.float64]
 
 
 def mean_spectrum(
-    image: SpectralImage, rows: slice, columns: slice, weights: Array, component: str | None, where: str
+    image: SpectralImage, weights: Array, component: str | None, where: str
 ) -> tuple[Array, Array | None, float]:
-    """Return the mean of a part of an image.
+    """Return the mean of an image, which is a part of another one.
 
     Parameters
     ----------
     image : SpectralImage
-    rows, columns : slice
-        The part.
-    weights : ndarray of shape (rows, columns)
+        Y x X pixels.
+    weights : ndarray of shape (Y, X)
         Of its pixels; they sum to 1.
     component : str, optional
         As in `measure`.
@@ -51,20 +50,19 @@ def mean_spectrum(
     Examples
     --------
     >>> from fluorspar import SpectralImage, Wavelengths
-    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths(), 0.2 * np.ones((4, 6, 69)))
-    >>> radiance, error, _ = mean_spectrum(image, slice(0, 2), slice(0, 2), np.full((2, 2), 0.25), None, "here")
+    >>> image = SpectralImage.from_arrays(np.ones((7, 2, 2, 69)), Wavelengths(), 0.2 * np.ones((2, 2, 69)))
+    >>> radiance, error, _ = mean_spectrum(image, np.full((2, 2), 0.25), None, "here")
     >>> float(radiance[0]), round(float(error[0]), 6)
     (7.0, 0.1)
     """
-    part = image.dataset.isel(y=rows, x=columns)
-    light = add_up(part, select(component, image.components))
+    light = add_up(image.dataset, select(component, image.components))
     radiance = np.einsum("yx,yxn->n", weights, light, dtype=np.float64)
     if not np.isfinite(radiance).all():
         raise ImageError(message("a pixel that is to be measured was not rendered", where=where))
     layer = error_layer(image, component)
     if layer is None:
         return radiance, None, np.inf
-    errors = values_of(part, layer[0], component=layer[1]).astype(np.float64)
+    errors = values_of(image.dataset, layer[0], component=layer[1]).astype(np.float64)
     error = np.sqrt(np.einsum("yx,yxn->n", weights**2, errors**2))
     variances = np.square(weights * errors.mean(axis=-1))
     freedom = combined_freedom(variances.sum(), np.sum(variances**2) / error_freedom(image))

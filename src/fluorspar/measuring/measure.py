@@ -185,8 +185,9 @@ def _means(
     """Mean radiance under the aperture (P, N), its standard error (P, N) and the error's degrees of freedom (P,)."""
     means = []
     for point, pixel in zip(points, pixels, strict=True):
-        part = coverage(pixel, aperture, image.size, camera_matrix)
-        means.append(mean_spectrum(image, *part, component, f"point {point.name}"))
+        rows, columns, weights = coverage(pixel, aperture, image.size, camera_matrix)
+        part = SpectralImage(image.dataset.isel(y=rows, x=columns))
+        means.append(mean_spectrum(part, weights, component, f"point {point.name}"))
         radius = radius_in_pixels(pixel, aperture, camera_matrix)
         if (pixel < radius - 0.01).any() or (pixel + radius > np.array(image.size) + 0.01).any():
             text = f"the aperture at point {point.name} reaches beyond the image: only the part inside is measured"

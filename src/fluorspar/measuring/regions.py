@@ -9,6 +9,7 @@ import numpy as np
 from fluorspar.errors import OptionError, message
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import bands_of, unit_of_image
+from fluorspar.image.weighting import weighted
 from fluorspar.measuring.mean_spectrum import mean_spectrum
 from fluorspar.measuring.point_spectra import PointSpectra
 
@@ -20,6 +21,7 @@ def measure_regions(
     regions: Mapping[str, tuple[int, int, int, int]],
     *,
     component: str | None = None,
+    weights: Mapping[str, float] | None = None,
     title: str = "",
 ) -> PointSpectra:
     """Measure the mean spectra of rectangles; that of one pixel is what `measure` gives with an aperture of 1px.
@@ -31,6 +33,9 @@ def measure_regions(
         By name, columns and rows x0, y0, x1, y1, inclusive, from 0.
     component : str, optional
         As in `measure`.
+    weights : mapping of str to float, optional
+        What components are multiplied with; 1 where there is none. See `fluorspar.image.weighting.error_of` for the
+        standard error.
     title : str
         What to call the image.
 
@@ -65,9 +70,11 @@ def measure_regions(
                     expected=f"columns from 0 to {width - 1}, rows from 0 to {height - 1}, the first one first",
                 )
             )
-        weights = np.full((y1 - y0 + 1, x1 - x0 + 1), 1.0)
-        rows, columns = slice(y0, y1 + 1), slice(x0, x1 + 1)
-        means.append(mean_spectrum(image, rows, columns, weights / weights.size, component, f"region {name}"))
+        part = SpectralImage(image.dataset.isel(y=slice(y0, y1 + 1), x=slice(x0, x1 + 1)))
+        pixels = np.ones(part.shape[1:3])
+        means.append(
+            mean_spectrum(weighted(part, weights or {}), pixels / pixels.size, component, f"region {name}")
+        )
     radiance, errors, freedom = zip(*means, strict=True)
     known = [error for error in errors if error is not None]
     places = (f"{name}: columns {r[0]}-{r[2]}, rows {r[1]}-{r[3]}" for name, r in regions.items())

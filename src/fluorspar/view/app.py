@@ -20,6 +20,7 @@ from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp
 
 from fluorspar.errors import FluorsparError
+from fluorspar.image.weighting import weighted
 from fluorspar.version import __version__
 from fluorspar.view.command_line import command_of
 from fluorspar.view.curves import curve_of
@@ -43,7 +44,6 @@ from fluorspar.view.saving import KINDS, file_name, written
 from fluorspar.view.security import Gate, Guard
 from fluorspar.view.spectra import regions_of, spectrum_of, table_of
 from fluorspar.view.turns import Abandoned
-from fluorspar.view.weighting import weighted
 from fluorspar.view.workspace import UnknownSource, Workspace
 
 __all__ = ["make_app"]

@@ -12,8 +12,8 @@ from fluorspar.errors import OptionError, message
 from fluorspar.image.dataset import names_of, row_blocks, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import unit_of_image
+from fluorspar.image.weighting import error_of, factors_of
 from fluorspar.view.questions import View
-from fluorspar.view.weighting import error_of, factors_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.image.display.appearance import auto_exposure, xyz_of
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.view.weighting import factors_of
+from fluorspar.image.weighting import factors_of
 
 __all__ = ["KeptImage"]
 
@@ -80,12 +80,12 @@ class KeptImage:
                     sum_of_lit += factors[name] * self.xyz((name,))
         return sum_of_lit, 0.0 if lit == held else factors["source"] * self.xyz(("source",))
 
-    def exposure(self, lit: Array, *of: object) -> float:
-        """The exposure of XYZ without visible lamps, known for as long as `of` says what they are of."""
+    def exposure(self, of: tuple[object, ...], lit: Callable[[], Array]) -> float:
+        """The exposure of XYZ without visible lamps, which is asked for unless that of the same is known."""
         with self._lock:
             known = self._exposures.get(of)
         if known is None:
-            known = auto_exposure(lit)
+            known = auto_exposure(lit())
             with self._lock:
                 if len(self._exposures) >= _MOST_EXPOSURES:
                     self._exposures.clear()

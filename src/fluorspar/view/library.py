@@ -13,7 +13,7 @@ from fluorspar.errors import FluorsparError, MaterialError, message
 from fluorspar.spectral.illuminants import illuminant, illuminants
 from fluorspar.view.heard import heard
 
-__all__ = ["known_material", "menus"]
+__all__ = ["known_material", "menus", "swatch"]
 
 
 def menus(folders: Sequence[Path]) -> dict[str, Any]:
@@ -27,16 +27,32 @@ def menus(folders: Sequence[Path]) -> dict[str, Any]:
     listed = []
     for name in materials(folders):
         try:
-            with heard():  # `fluorspar materials show` says what is assumed
-                read = material(name, folders)
-                rgb = colour_under_lamp(read, "D65").srgb
+            read = material(name, folders)
+            colour = swatch(read)
         except FluorsparError:
             continue
-        colour = "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in rgb)
         row = {"name": name, "description": read.description, "fluorescent": read.fluorescent, "srgb": colour}
         listed.append(row)
     lamps = [{"name": name, "description": illuminant(name).title} for name in illuminants()]
     return {"illuminants": lamps, "materials": listed}
+
+
+def swatch(shown: Material) -> str:
+    """The colour of a material under D65, as `#rrggbb`.
+
+    Raises
+    ------
+    FluorsparError
+        If it has none.
+
+    Examples
+    --------
+    >>> swatch(material("white-85"))
+    '#ededed'
+    """
+    with heard():  # `fluorspar materials show` says what is assumed
+        rgb = colour_under_lamp(shown, "D65").srgb
+    return "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in rgb)
 
 
 def known_material(name: str, folders: Sequence[Path]) -> Material:

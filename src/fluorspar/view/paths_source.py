@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 from fluorspar.errors import FluorsparError, message
@@ -101,9 +102,13 @@ class PathsSource:
             "standard_error": True,
             "partial": self.paths is not None and self.paths.pixels < width * height,
             "attrs": job.attrs | {"spp": self.samples},
-            "lights": light_facts(job.scene),
-            "surfaces": surface_facts(job.scene),
+            **self._scene_facts,
         }
+
+    @cached_property
+    def _scene_facts(self) -> dict[str, Any]:
+        scene = self.job.scene
+        return {"lights": light_facts(scene), "surfaces": surface_facts(scene)}
 
     def progress(self) -> dict[str, Any]:
         """Nothing goes on."""

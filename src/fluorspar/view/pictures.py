@@ -20,7 +20,7 @@ from fluorspar.view.false_colour import coloured, layer_of
 from fluorspar.view.kept_image import KeptImage
 from fluorspar.view.questions import View
 
-__all__ = ["EFFORT", "Picture", "components_of", "exposed", "picture_of"]
+__all__ = ["EFFORT", "Picture", "components_of", "exposed", "exposure_of", "picture_of"]
 
 Array = NDArray[np.float64]
 
@@ -91,11 +91,29 @@ def exposed(kept: KeptImage, view: View, white: Array | None) -> tuple[Array, fl
     if white is not None:
         lit = adapt_to_d65(lit, white)
         source = source if isinstance(source, float) else adapt_to_d65(source, white)
+    exposure = view.exposure or kept.exposure(_looked_at(view, white), lambda: _thinned(lit, view))
+    return lit + source, exposure
+
+
+def exposure_of(kept: KeptImage, view: View, white: Array | None) -> float:
+    """The exposure of a view, without drawing it again if it was drawn before."""
     if view.exposure is not None:
-        return lit + source, view.exposure
-    of_white = None if white is None else tuple(white)
-    every = 2 if view.coarse else 1
-    return lit + source, kept.exposure(lit[::every, ::every], of_white, every, *sorted(view.weights.items()))
+        return view.exposure
+
+    def lit() -> Array:
+        xyz = kept.weighted_xyz(view.weights)[0]
+        return _thinned(xyz if white is None else adapt_to_d65(xyz, white), view)
+
+    return kept.exposure(_looked_at(view, white), lit)
+
+
+def _looked_at(view: View, white: Array | None) -> tuple[object, ...]:
+    """What an exposure depends on."""
+    return view.coarse, None if white is None else tuple(white), *sorted(view.weights.items())
+
+
+def _thinned(lit: Array, view: View) -> Array:
+    return lit[::2, ::2] if view.coarse else lit
 
 
 def components_of(kept: KeptImage, view: View, white: Array | None) -> dict[str, Any]:
@@ -103,7 +121,7 @@ def components_of(kept: KeptImage, view: View, white: Array | None) -> dict[str,
 
     Shares count the weights of the view.
     """
-    _, exposure = exposed(kept, view, white)
+    exposure = exposure_of(kept, view, white)
     held = kept.image.components
     luminances = {name: view.weight(name) * float(np.nansum(kept.xyz((name,))[..., 1])) for name in held}
     whole = sum(luminances.values())

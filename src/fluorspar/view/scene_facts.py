@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from fluorspar.bispectral.material import Material
-from fluorspar.errors import OptionError, message
+from fluorspar.errors import FluorsparError, OptionError, message
 from fluorspar.scene.relit import exchangeable, light_ids
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.surfaces import ABSORBS
 from fluorspar.view.curves import curve_of
+from fluorspar.view.library import swatch
 
 __all__ = ["light_facts", "material_on", "surface_facts"]
 
@@ -45,9 +46,12 @@ def surface_facts(scene: Scene) -> list[dict[str, Any]]:
     >>> next(row for row in surface_facts(load_scene("cornell-box")) if row["id"] == "left-wall")["front"]
     'poster-red'
     """
-    rows = []
+    rows, colours = [], dict[int, str | None]()
     for name, held in exchangeable(scene).items():
         front, back = (_side(scene, name, held, side) for side in ("front", "back"))
+        seen = front or back
+        if seen is not None and id(seen) not in colours:
+            colours[id(seen)] = _swatch(seen)
         rows.append(
             {
                 "id": name,
@@ -55,10 +59,18 @@ def surface_facts(scene: Scene) -> list[dict[str, Any]]:
                 "front": None if front is None else front.name,
                 "back": None if back is None else back.name,
                 "fluorescent": any(side is not None and side.fluorescent for side in (front, back)),
+                "srgb": None if seen is None else colours[id(seen)],
                 "why_not": held if isinstance(held, str) else "",
             }
         )
     return rows
+
+
+def _swatch(material: Material) -> str | None:
+    try:
+        return swatch(material)
+    except FluorsparError:
+        return None
 
 
 def material_on(scene: Scene, name: str, side: str) -> Material:

@@ -20,7 +20,7 @@ __all__ = ["SceneSource", "level_sizes"]
 _FIRST = 4  # samples per pixel of what is seen first
 _MORE = 4  # times as many at each further level: half the noise
 _SHARE = 2  # of the memory that is free, for paths
-_LONGEST = 2.0  # seconds that a chunk waits for those who look
+_LONGEST = 30.0  # seconds that a chunk waits for those who look: the first picture is compiled
 
 
 class SceneSource(PathsSource):

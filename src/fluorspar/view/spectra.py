@@ -17,7 +17,6 @@ from fluorspar.measuring.point_spectra import PointSpectra, write_point_spectra
 from fluorspar.measuring.regions import measure_regions
 from fluorspar.view.kept_image import KeptImage
 from fluorspar.view.questions import Region, SpectrumAsked, View
-from fluorspar.view.weighting import weighted
 
 __all__ = ["regions_of", "spectrum_of", "table_of"]
 
@@ -26,7 +25,7 @@ Array = NDArray[np.float64]
 
 def regions_of(kept: KeptImage, view: View, regions: Mapping[str, Region], title: str = "") -> PointSpectra:
     """Mean spectra of regions of a view, with its weights."""
-    return measure_regions(weighted(kept.image, view.weights), regions, title=title)
+    return measure_regions(kept.image, regions, weights=view.weights, title=title)
 
 
 def spectrum_of(kept: KeptImage, asked: SpectrumAsked, white: Array) -> dict[str, Any]:
@@ -39,16 +38,17 @@ def spectrum_of(kept: KeptImage, asked: SpectrumAsked, white: Array) -> dict[str
     white : ndarray of shape (3,)
         XYZ of the white of CIELAB where no reference region is given.
     """
-    image = weighted(kept.image, asked.weights)
-    measured = measure_regions(image, {"region": asked.region})
-    parts = {
-        name: measure_regions(image, {"region": asked.region}, component=name).at("region")
-        for name in image.components
-    }
+    image = kept.image
+
+    def mean(region: Region, component: str | None = None) -> PointSpectra:
+        return measure_regions(image, {"region": region}, component=component, weights=asked.weights)
+
+    measured = mean(asked.region)
+    parts = {name: mean(asked.region, name).at("region") for name in image.components}
     total, grid = measured.at("region"), image.wavelengths
     relative = None
     if asked.reference is not None:
-        reference = measure_regions(image, {"reference": asked.reference}).at("reference")
+        reference = mean(asked.reference).at("region")
         white = xyz_from_radiance(reference, grid)
         relative = np.divide(total, reference, out=np.full_like(total, np.nan), where=reference > 0)
     xyz = xyz_from_radiance(total, grid)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,12 +17,13 @@ from fluorspar.errors import FluorsparError, OptionError, message
 from fluorspar.files.memory import available_memory
 from fluorspar.spectral.illuminants import illuminant
 from fluorspar.spectral.spectrum import Spectrum
+from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.view.heard import heard
 from fluorspar.view.image_cache import ImageCache
 from fluorspar.view.kept_image import KeptImage
 from fluorspar.view.lamps import known_illuminant
 from fluorspar.view.matrices import matrix_of
-from fluorspar.view.pictures import exposed
+from fluorspar.view.pictures import exposure_of
 from fluorspar.view.questions import LightSetting, MatrixAsked, View, WhiteLight
 from fluorspar.view.relighting import light_of, relit_scene
 from fluorspar.view.scene_facts import material_on
@@ -56,17 +59,26 @@ class Workspace:
         self.supplies = supplies or Supplies()
         self._turns = Turns()
         self._closed = threading.Event()
+        self._beginning: threading.Thread | None = None
         self._cache = ImageCache(min(_MOST_BYTES, available_memory() // _SHARE))
 
     def start(self) -> None:
-        """Begin what goes on in the background."""
-        threading.Thread(target=self.menus, name="reading the library", daemon=True).start()
-        for source in self.sources.values():
-            source.start(self._turns)
+        """Begin what goes on in the background: the library is read, which pages need first, then scenes are traced."""
+
+        def begin() -> None:
+            with suppress(FluorsparError):  # which a page is told when it asks
+                self.menus()
+            for source in self.sources.values():
+                source.start(self._turns)
+
+        self._beginning = threading.Thread(target=begin, name="beginning")
+        self._beginning.start()
 
     def close(self) -> None:
         """End it, and whatever is being made."""
         self._closed.set()
+        if self._beginning is not None:
+            self._beginning.join()
         for source in self.sources.values():
             source.stop()
 
@@ -140,15 +152,10 @@ class Workspace:
 
     def white_of_lab(self, view: View) -> Array:
         """The white of CIELAB where no region is the white: that of the picture, D65 unless it is adapted."""
-        white = self.white(view)
-        kept = self.image(view)
-        if white is None:
-            grid = kept.image.wavelengths
-            white = white_xyz(illuminant("D65").on(grid, outside="hold"), grid)
-            exposure = exposed(kept, view, None)[1]
-        else:
-            exposure = exposed(kept, view, white)[1]
-        return np.asarray(white / white[1] / exposure)
+        white, kept = self.white(view), self.image(view)
+        exposure = exposure_of(kept, view, white)
+        seen = _daylight(kept.image.wavelengths) if white is None else white
+        return np.asarray(seen / seen[1] / exposure)
 
     def menus(self) -> dict[str, Any]:
         """What lamps and dyes there are to choose from."""
@@ -165,3 +172,9 @@ class Workspace:
     def progress(self) -> list[dict[str, Any]]:
         """How far the tracing of every source is."""
         return [{"id": name} | source.progress() for name, source in self.sources.items()]
+
+
+@lru_cache(maxsize=32)
+def _daylight(grid: Wavelengths) -> Array:
+    """XYZ of D65."""
+    return white_xyz(illuminant("D65").on(grid, outside="hold"), grid)
