@@ -16,11 +16,11 @@ test: lint types
 	$(BIN)/python -m pytest --quiet --doctest-modules src
 	$(BIN)/python -m pytest
 
-# Opens the report of a comparison in a headless browser; on Debian, as root, it installs one.
+# Opens the report of a comparison and the window in a headless browser; on Debian, as root, it installs one.
 test-browser: $(READY)
 	command -v chromium >/dev/null || command -v google-chrome >/dev/null || test -n "$$CHROMIUM" || test "$$(id -u)" != 0 || \
 		{ apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
-	$(BIN)/python -m pytest -m browser tests/figures
+	$(BIN)/python -m pytest -m browser tests/figures tests/view
 
 # The oldest versions that are allowed, and the source distribution: its own tests on the package made of it. Parts of
 # the suite that touch every dependency; all of it would take as long again as 'make test'.
