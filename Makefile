@@ -6,7 +6,10 @@ READY := $(VENV)/.ready
 
 LOWEST := out/lowest
 
-.PHONY: render test test-browser test-lowest fuzz lint types bench clean
+.PHONY: render view test test-browser test-lowest fuzz lint types bench clean
+
+view: $(READY)
+	$(BIN)/fluorspar view cornell-box --size 256x256 --spp 64
 
 render: $(READY)
 	mkdir -p out
