@@ -15,7 +15,7 @@ from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.lobes.lobe import STRAIGHT, DyeMap, Lobe, Lobes
 from fluorspar.scene.lobes.pictures import build_picture
 from fluorspar.scene.lobes.probes import apply_edits
-from fluorspar.scene.nodes import build, children, copy_nodes, grouped, kind, label, resolving
+from fluorspar.scene.nodes import build, children, copy_nodes, grouped, kind, label, parser_config, resolving
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import set_film
 
@@ -145,6 +145,11 @@ def _built(scene: Scene) -> LobeScene:
         if kind(nodes[child]) in ("Integrator", "BSDF", "Texture"):
             del nodes[0].props[key]
     set_film(state, scene.settings)
+    for node in nodes:
+        if kind(node) in ("BSDF", "Texture"):
+            node.props.set_id("")
+    # A rough plastic takes 0.1 s to build, and each BSDF more makes all of them slower.
+    mi.parser.transform_merge_equivalent(parser_config(mi.variant()), state)
     with resolving(*scene.folders):
         copied = _build_groups(state)
         built = build(state)

@@ -114,7 +114,7 @@ class LobeTable:
         self.bsdf_ids[len(self.materials)] = self.within
         self.materials.append(material)
         self.rows.append(material)
-        mean = max(_DARKEST, float(np.mean([material.reflectance.at(w) for w in _VISIBLE])))
+        mean = _of_probe(float(np.mean([material.reflectance.at(w) for w in _VISIBLE])))
         return Spectral(len(self.rows) - 1, False, mean, mean)
 
     def bitmap(self, index: int, where: str) -> Spectral:
@@ -127,7 +127,7 @@ class LobeTable:
         self.textures.append(texture)
         row = sum(map(len, self.colours))
         self.colours.append(np.concatenate([flat, np.zeros((len(flat), 1), np.float32)], axis=1))
-        mean = max(_DARKEST, float(np.mean(sigmoid(flat[:: max(1, len(flat) // 4096)], _VISIBLE))))
+        mean = _of_probe(float(np.mean(sigmoid(flat[:: max(1, len(flat) // 4096)], _VISIBLE))))
         number = len(self.textures) - 1
         self._in_colours.add((number, row))
         return Spectral(row, True, mean, mean, number)
@@ -147,7 +147,7 @@ class LobeTable:
         first, second = (self.rows[colour.row] for colour in colours)
         self.rows += [first, second, second, first]
         self.textures.append(placement(self.state, index, build(self.state, index), 2, 2))
-        mean = (colours[0].mean + colours[1].mean) / 2
+        mean = _of_probe((colours[0].mean + colours[1].mean) / 2)
         return Spectral(row, False, mean, mean, len(self.textures) - 1)
 
     def operated(self, spectral: Spectral, operation: float, mean: float, unit: float) -> Spectral:
@@ -207,3 +207,8 @@ class LobeTable:
     def is_colour(self, lobe: Lobe) -> bool:
         """Whether the row of a lobe is one of `colours`."""
         return lobe.texture >= 0 and (lobe.texture, lobe.row) in self._in_colours
+
+
+def _of_probe(mean: float) -> float:
+    """A probe for a mean reflectance: one of a few, so that BSDFs that differ in colour only have one probe."""
+    return float(2 ** (round(2 * np.log2(max(mean, _DARKEST))) / 2))
