@@ -32,6 +32,7 @@ LAYERS = [
     "measuring",
     "comparing",
     "figures",
+    "sheets",
     "cli",
     "__main__",
 ]
