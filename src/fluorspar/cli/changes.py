@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -76,7 +77,7 @@ def light_of(text: str) -> Any:
 
     with suppress(ValueError):
         return float(text)
-    known = text.casefold() in map(str.casefold, illuminants()) or file_and_column(text)[0].is_file()
+    known = text.casefold() in map(str.casefold, illuminants()) or os.path.isfile(file_and_column(text)[0])
     parts = None if known else _TIMES.match(text)
     with suppress(ValueError):
         return (parts["name"], float(parts["factor"])) if parts else text
@@ -158,7 +159,7 @@ def split_lights(text: str) -> list[str]:
     >>> split_lights("D65,A,mylamp.csv")
     ['D65', 'A', 'mylamp.csv']
     """
-    return [text] if file_and_column(text)[0].is_file() else split_numbers(text)
+    return [text] if os.path.isfile(file_and_column(text)[0]) else split_numbers(text)
 
 
 def split_materials(text: str) -> list[str]:
@@ -169,13 +170,13 @@ def split_materials(text: str) -> list[str]:
     >>> split_materials("poster-red,a:0.3,b:0.7,c:0.5,d:0.5,poster-green")
     ['poster-red', 'a:0.3,b:0.7', 'c:0.5,d:0.5', 'poster-green']
     """
-    if Path(text).is_file():
+    if os.path.isfile(text):
         return [text]
     found: list[str] = []
     mixture: list[str] = []
     whole = 0.0
     for part in split_numbers(text):
-        share = None if Path(part).is_file() else _SHARE.search(part)
+        share = None if os.path.isfile(part) else _SHARE.search(part)
         if share is None or abs(whole - 1) <= _WHOLE:
             found += [",".join(mixture)] if mixture else []
             mixture, whole = [], 0.0

@@ -29,9 +29,9 @@ _WRITTEN = (".png", ".csv")
 
 _EXAMPLES = """Examples:
 
-  fluorspar sheet box.paths --light light=D65,A,FL11,mylamp.csv --material left-wall=poster-red,poster-orange -o sheet.png
+  fluorspar sheet box.paths --light light=D65,A,mylamp.csv --material left-wall=poster-red,poster-orange -o sheet.png
 
-  fluorspar sheet box.paths --light light=D65,FL11x0.5 --concentration left-wall=0,0.5,1 --points points.csv -o table.csv
+  fluorspar sheet box.paths --light light=D65,FL11x0.5 --concentration left-wall=0,0.5,1 --points p.csv -o table.csv
 
 The parts of a mixture, which have weights, stay together: left-wall=poster-red,poster-red:0.3,poster-green:0.7 are two
 materials. An option that is repeated for the same id adds to its list."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -251,7 +252,9 @@ def _images(
             if progress:
                 progress(number * whole + pixels, count * whole)
 
-        image = paths.image(**changes, **options, progress=report)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "interrupted: ")
+            image = paths.image(**changes, **options, progress=report)
         if done < paths.pixels:
             raise KeyboardInterrupt  # an image keeps what is finished; a sheet without its other pictures is none
         yield index, image
