@@ -144,7 +144,7 @@ def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
     >>> pairs(["left-wall=poster-red"], "--material")
     {'left-wall': 'poster-red'}
     """
-    read = {}
+    read: dict[str, str] = {}
     for text in texts:
         key, separator, value = text.partition("=")
         if not (key and separator and value):

@@ -133,8 +133,8 @@ def sheet(
     >>> found = sheet(paths, lights={"light": ["D65", "A"]}, concentration={"left-wall": [0, 0.5, 1]})
     >>> dict(found.rgb.sizes)
     {'light': 2, 'left-wall': 3, 'y': 16, 'x': 16, 'channel': 3}
-    >>> found.luminescent_share.sel(light="A").values[0]
-    array([0.])
+    >>> found.delta_e.dims, found.delta_e.values[0, 0]
+    (('light', 'left-wall', 'point'), array([0.]))
     """
     axes = axes_of(lights, materials, concentration)
     _check_count(count_combinations(axes), most)
@@ -254,7 +254,7 @@ def _images(
 
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "interrupted: ")
-            image = paths.image(**changes, **options, progress=report)
+            image = paths.image(progress=report, **changes, **options)  # type: ignore[arg-type]
         if done < paths.pixels:
             raise KeyboardInterrupt  # an image keeps what is finished; a sheet without its other pictures is none
         yield index, image
@@ -289,7 +289,7 @@ def _reduced(
             xyz[index] = xyz_from_radiance(measured.radiance, measured.grid)
             luminous = sum(meter.read(image, name).luminance() for name in _GLOWING)
         with np.errstate(invalid="ignore", divide="ignore"):
-            glowing[index] = luminous / xyz[(*index, ..., 1)]
+            glowing[index] = luminous / xyz[index][..., 1]
         if not any(index):
             attrs = image.attrs
             table = None if meter is None else measured
@@ -344,7 +344,9 @@ def _dataset(
         "delta_e": (at, ciede2000(lab, lab[first]), _said("1", "CIEDE2000 from the first combination")),
         "luminescent_share": (at, found.glowing, _said("1", "share of the luminance that has luminesced")),
     }
-    attrs = {name: found.attrs[name] for name in ("version", "scene", "spp", "seed") if name in found.attrs}
+    attrs: dict[str, Any] = {
+        name: found.attrs[name] for name in ("version", "scene", "spp", "seed") if name in found.attrs
+    }
     attrs |= {
         "wavelengths": str(grid),
         "exposure": exposure,

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 __all__ = ["settings_of", "sheet_picture", "write_sheet_picture"]
 
 _COLUMNS = 8  # at the most
-_BETWEEN = "   ·   "
+_BETWEEN = " · "
 
 
 def sheet_picture(found: xr.Dataset) -> NDArray[np.uint8]:
-    """Draw a sheet, the settings of its last dimension side by side.
+    """Draw a sheet, the settings of its last dimensions side by side.
 
     Parameters
     ----------
@@ -50,15 +50,10 @@ def sheet_picture(found: xr.Dataset) -> NDArray[np.uint8]:
         note = f"ΔE {float(of['delta_e'][0]):.1f},  Y {rounded(float(of['XYZ'][0, 1]))} cd/m²"
         if each:
             note += f",  white is {rounded(1 / float(of['exposure']))} cd/m²"
-        settings = settings_of(found, index)
-        label = _BETWEEN.join(
-            f"{value:g}" if isinstance(value, float) else value for value in settings.values()
-        )
+        label = _BETWEEN.join(_said(dim, setting) for dim, setting in settings_of(found, index).items())
         shown = Appearance(of["rgb"].values, float(of["exposure"]), 0.0)
         tiles.append(Tile(label, label, note, shown.bytes))
-    varied = [found.sizes[dim] for dim in dims if found.sizes[dim] > 1]
-    rows = -(-(varied or [1])[-1] // _COLUMNS)
-    return draw_tiles(tiles, _title(found), -(-(varied or [1])[-1] // rows))
+    return draw_tiles(tiles, _title(found), _columns(found["exposure"].shape))
 
 
 def write_sheet_picture(found: xr.Dataset, path: str | os.PathLike[str]) -> None:
@@ -83,9 +78,39 @@ def settings_of(found: xr.Dataset, index: tuple[int, ...]) -> dict[str, Any]:
     }
 
 
+def _said(dim: str, setting: str | float) -> str:
+    """A setting in words that tell what it is.
+
+    Examples
+    --------
+    >>> _said("wall concentration", 0.5), _said("lamp", "x 2"), _said("lamp", "D65")
+    ('wall × 0.5', 'lamp × 2', 'D65')
+    """
+    if isinstance(setting, float):
+        return f"{dim.removesuffix(' concentration')} × {setting:g}"
+    return f"{dim} × {setting[2:]}" if setting.startswith("x ") else setting
+
+
+def _columns(shape: tuple[int, ...]) -> int:
+    """How many pictures stand side by side: whole dimensions but for the first, or equal parts of one.
+
+    Examples
+    --------
+    >>> _columns((3, 2, 2)), _columns((2, 3)), _columns((5, 1)), _columns((2, 10))
+    (4, 3, 5, 5)
+    """
+    *others, last = [size for size in shape if size > 1] or [1]
+    columns = -(-last // -(-last // _COLUMNS))
+    for size in reversed(others[1:]):
+        if columns < last or columns * size > _COLUMNS:
+            break
+        columns, last = columns * size, columns * size
+    return columns
+
+
 def _title(found: xr.Dataset) -> str:
     attrs = found.attrs
-    facts = [" × ".join(str(found[dim].attrs["long_name"]) for dim in found["exposure"].dims)]
+    facts = [" × ".join(map(str, found["exposure"].dims))]
     facts += [str(attrs.get("scene", "")), f"ΔE, Y: {found['point'].values[0]}"]
     if attrs["exposure"] != "each":
         facts.append(f"white is {rounded(1 / float(found['exposure'].values.flat[0]))} cd/m²")
