@@ -144,6 +144,21 @@ def recorded(size: int, spp: int) -> str:
     return f"{paths.nbytes / (size * size * spp):.0f} B a sample   ({size} x {size}, {spp} samples)"
 
 
+def relight(count: int) -> str:
+    """Another image of light paths that are kept, under another lamp, against a render of the scene."""
+    found = []
+    for size, spp in ((256, 16), (512, 64)):
+        scene = fluorspar.load_scene(SCENE).with_settings(width=size, height=size, spp=spp)
+        paths = fluorspar.trace(scene)
+        ours, whole, ratio = pairs(
+            count,
+            lambda seed, paths=paths: paths.image(lights={"light": 1 + seed / 100}),  # type: ignore[misc]
+            lambda seed, scene=scene: render(scene, seed),  # type: ignore[misc]
+        )
+        found.append(f"{ratio:.2f} x ({ours:.2f} s against {whole:.2f} s, {size} x {size}, {spp} samples)")
+    return f"{', '.join(found)}   ({count} pairs each)"
+
+
 def against_few_bands(count: int) -> str:
     """97 bands against 9."""
     scene = fluorspar.load_scene(SCENE).with_settings(width=512, height=512, spp=64)
@@ -260,6 +275,7 @@ TABLES: dict[str, tuple[str, Callable[[argparse.Namespace], str]]] = {
     "bands": ("97 bands / 9 bands", lambda _: against_few_bands(5)),
     "fluorophores": ("2, 3, 4 fluorophores a surface / 1", lambda _: fluorophores(512, 64, 5)),
     "mesh": ("a mesh in the box / the box", lambda given: mesh_cost(512, 64, 5, given.mesh)),
+    "relight": ("paths relit / the whole render", lambda _: relight(5)),
     "paths": ("memory of light paths that are kept", lambda _: recorded(256, 64)),
     "memory": ("peak memory, 1024 x 1024 x 69, 256 spp, to .nc", lambda _: memory()),
     "compare": ("compare two images, 1024 x 1024 x 69, 7 components", lambda _: comparison(1024)),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -295,18 +294,6 @@ pickle.loads(Path("paths.pickle").read_bytes()).image(output="image.nc").close()
         paths = trace(furnace(tmp_path), wavelengths=GRID, seed=3)
         assert "9 x 7 pixels, 16 samples, seed 3" in repr(paths)
         assert paths.nbytes > 63 * 16 * 16
-
-    def test_rows_of_its_own(self, tmp_path: Path) -> None:
-        """A chunk may bring materials along: rows behind the scene's, here one of the same dye in place of row 0."""
-        paths = trace(furnace(tmp_path), wavelengths=GRID)
-        (chunk,) = paths.chunks
-        behind = len(paths.job.scene.materials)
-        row = np.where(chunk.log.row == 0, np.uint32(behind), chunk.log.row)
-        own = replace(chunk, log=chunk.log._replace(row=row), materials=(DYE,))
-        moved = replace(paths, chunks=(own,))
-        assert np.array_equal(moved.image().total().values, paths.image().total().values)
-        darker = replace(own, materials=(replace(DYE, reflectance=Spectrum.constant(0.4)),))
-        assert (replace(paths, chunks=(darker,)).image().total().values < paths.image().total().values).all()
 
 
 class TestErrors:

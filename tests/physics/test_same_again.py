@@ -14,16 +14,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+import trimesh
 from lab import bell, furnace, paint, write
 
 import fluorspar
 from fluorspar import COMPONENTS, SpectralImage, Wavelengths, load_scene, render
 from fluorspar.errors import SceneError
 from fluorspar.paths.chunks import CHUNK
+from fluorspar.paths.tracing.trace_scene import build_trace_scene
 from fluorspar.scene.scene import Scene
+from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
 GRID = Wavelengths(400, 700, 20)
 
@@ -120,3 +124,25 @@ def test_the_callers_threads_stay(scene: Scene) -> None:
     before = dr.thread_count()
     render(scene, size=(4, 4), spp=1, wavelengths=GRID, threads=1)
     assert dr.thread_count() == before
+
+
+def test_normals_that_a_mesh_lacks(tmp_path: Path) -> None:
+    """Mitsuba computes them; with several threads the last bit of a sum was another each time."""
+    trimesh.creation.icosphere(subdivisions=6).export(tmp_path / "ball.ply")
+    text = furnace(9, 7).replace(
+        "</scene>",
+        """<shape type="ply" id="ball">
+        <string name="filename" value="ball.ply"/><transform name="to_world"><scale value="0.1"/></transform>
+        <bsdf type="diffuse"/></shape></scene>""",
+    )
+    scene = load_scene(write(tmp_path, text))
+    found = set()
+    for threads in (1, 2, 2, 2, 2, 2):
+        with use_variant(TRACE_VARIANTS["llvm"]):
+            before = dr.thread_count()
+            dr.set_thread_count(threads)
+            shapes = build_trace_scene(scene).mitsuba_scene.shapes()
+            dr.set_thread_count(before)
+            meshes = [shape for shape in shapes if shape.is_mesh() and shape.has_vertex_normals()]
+            found.add(b"".join(np.array(mi.traverse(mesh)["vertex_normals"]).tobytes() for mesh in meshes))
+    assert len(found) == 1

@@ -141,6 +141,27 @@ def test_a_sky_of_one_texel_or_of_none(tmp_path):
         load_scene(scene_with(GREY, {"type": "envmap", "filename": file}))
 
 
+@pytest.mark.parametrize(
+    ("light", "fault"),
+    [
+        (
+            {"type": "spot", "texture": {"type": "checkerboard"}},
+            r"texture of a 'spot' is no picture.*'light'",
+        ),
+        ({"type": "projector"}, r"irradiance of a 'projector' is no picture.*'light'"),
+        ({"type": "projector", "scale": -2.0, "irradiance": {"type": "bitmap"}}, r"negative.*'light'.*-2"),
+        ({"type": "sunsky"}, r"not supported.*'light'.*envmap, projector.*make an environment map"),
+    ],
+)
+def test_lights_that_throw_no_picture(light, fault, tmp_path):
+    if "irradiance" in light:
+        light = light | {
+            "irradiance": {"type": "bitmap", "filename": picture(tmp_path, np.ones((2, 2, 3), "f4"))}
+        }
+    with pytest.raises(SceneError, match=f"(?s){fault}"):
+        load_scene(scene_with({"type": "plastic"}, light))
+
+
 def test_many_rough_plastics_are_built_once(monkeypatch):
     built = []
     monkeypatch.setattr("fluorspar.scene.lobes.probes.build", lambda state, index: built.append(index))

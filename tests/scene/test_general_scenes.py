@@ -128,6 +128,26 @@ def test_another_process_renders_the_same(scene: Scene, tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.fromfile(tmp_path / "image", np.float32), expected.ravel())
 
 
+def test_a_scene_is_built_once_for_its_renders(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fluorspar.scene import nodes
+
+    built = []
+    monkeypatch.setattr(
+        "fluorspar.scene.nodes.copy_nodes",
+        lambda state, copy=nodes.copy_nodes: built.append(0) or copy(state),
+    )
+    first = fluorspar.render(scene, spp=2, wavelengths="400:700:50", seed=1)
+    once = len(built)
+    again = fluorspar.render(scene, spp=2, wavelengths="400:700:50", seed=1)
+    fluorspar.render(scene, spp=5, wavelengths="400:700:100", max_depth=3)
+    assert len(built) == once > 0
+    np.testing.assert_array_equal(first.dataset.radiance, again.dataset.radiance)
+    wider = fluorspar.render(scene, spp=2, wavelengths="400:700:100", size=(16, 8)).dataset
+    assert len(built) > once
+    assert wider.sizes["x"] == 16
+    assert len(pickle.dumps(scene)) < 1e6
+
+
 def test_kept_paths_give_the_image_and_other_wavelengths(scene: Scene) -> None:
     paths = fluorspar.trace(scene, spp=4, wavelengths="400:700:50")
     again = fluorspar.render(scene, spp=4, wavelengths="400:700:50").dataset.radiance
@@ -150,7 +170,11 @@ def test_a_picture_that_changes_is_said(name: str, tmp_path: Path) -> None:
         pickle.loads(pickled).nodes  # noqa: B018 (it is read again)
 
 
-def test_points_are_measured_where_a_ray_meets_the_scene(scene: Scene, tmp_path: Path) -> None:
+def test_points_are_measured_where_a_ray_meets_the_scene(tmp_path: Path) -> None:
+    parts = room(tmp_path)
+    group = {"type": "shapegroup", "id": "group", "wall": parts.pop("wall")}
+    copy = {"type": "instance", "group": {"type": "ref", "id": "group"}}
+    scene = load_scene(parts | {"group": group, "copy": copy})
     (tmp_path / "points.csv").write_text("point,x,y\n1,4,3\n2,8,6\n")
     measured = fluorspar.measure(fluorspar.render(scene, spp=4), tmp_path / "points.csv", scene=scene)
     assert np.isfinite(measured.luminance()).all()

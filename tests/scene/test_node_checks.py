@@ -155,6 +155,12 @@ class TestExtent:
         with pytest.warns(FluorsparWarning, match="the scene measures"):
             render(self.scene(scale, away), wavelengths=GRID, spp=4, method=method)
 
+    def test_of_too_small_general_scenes(self) -> None:
+        scene = self.scene(1e-2)
+        scene["floor"]["bsdf"] = {"type": "plastic"}
+        with pytest.warns(FluorsparWarning, match="the scene measures"):
+            render(scene, wavelengths=GRID, spp=4)
+
     @pytest.mark.parametrize("scale", [0.1, 1, 1e6])
     def test_of_others(self, scale: float) -> None:
         render(self.scene(scale), wavelengths=GRID, spp=1)

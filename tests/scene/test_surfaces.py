@@ -289,7 +289,7 @@ class TestLights:
         with pytest.raises((SceneError, SpectrumError), match="negat"):
             scene(a={"type": "point", "intensity": lamp})
 
-    @pytest.mark.parametrize("plugin", ["projector", "sunsky"])
+    @pytest.mark.parametrize("plugin", ["directionalarea", "sunsky"])
     def test_unsupported(self, plugin: str) -> None:
         with pytest.raises(SceneError, match=f"'{plugin}' is not supported"):
             scene(light=False, a={"type": plugin})
@@ -311,10 +311,25 @@ class TestUnsupported:
         with pytest.raises(SceneError, match="participating media"):
             scene(a={"type": "sphere", "bsdf": {"type": "null"}, "interior": medium})
 
-    def test_instances(self) -> None:
-        group = {"type": "shapegroup", "id": "group", "a": {"type": "sphere"}}
-        with pytest.raises(SceneError, match="is not supported"):
-            scene(group=group, b={"type": "instance", "ref": {"type": "ref", "id": "group"}})
+    @pytest.mark.parametrize(
+        ("inside", "matte", "fault"),
+        [
+            ({"type": "sphere"}, True, "is not supported with matte"),
+            ({"type": "sphere", "lamp": {"type": "area"}}, False, r"(?s)copies of a light.*'a' \(sphere\)"),
+            (
+                {
+                    "type": "cube",
+                    "bsdf": grey(0.5) | {"reflectance": {"type": "mesh_attribute", "name": "face_c"}},
+                },
+                False,
+                r"(?s)colours of its own.*'a' \(cube\)",
+            ),
+        ],
+    )
+    def test_copies(self, inside: dict[str, Any], matte: bool, fault: str) -> None:
+        group = {"type": "shapegroup", "id": "group", "a": inside}
+        with pytest.raises(SceneError, match=fault):
+            scene(group=group, b={"type": "instance", "ref": {"type": "ref", "id": "group"}}, matte=matte)
 
     def test_reflectance_above_1(self) -> None:
         with pytest.raises(SpectrumError, match=r"(?s)greater than 1.*'teapot'"):

@@ -84,7 +84,7 @@ def _tracer(job: RenderJob, kept: bool) -> Any:
     return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed)
 
 
-def _survival(job: RenderJob) -> NDArray[np.float64]:
+def _survival(job: RenderJob) -> NDArray[np.floating]:
     """Largest share of light of any band that leaves each material again, luminescence included, for roulette.
 
     Whatever the job's Stokes rule, so that paths serve both.
@@ -98,4 +98,4 @@ def _survival(job: RenderJob) -> NDArray[np.float64]:
     lobes = job.scene.lobes
     if lobes is None or not len(lobes.colours):
         return of_rows
-    return np.concatenate([of_rows, lobes.brightest()])
+    return np.concatenate([of_rows, lobes.brightest], dtype=np.float32)

@@ -54,6 +54,11 @@ class LightPaths:
     chunks: Sequence[PackedChunk]
     _held: dict[bytes, list[Chunk]] = field(default_factory=dict, init=False)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        if isinstance(self.chunks, PathsInFile):
+            return load_paths, (self.chunks.path,)
+        return LightPaths, (self.job, self.chunks)
+
     @property
     def nbytes(self) -> int:
         """Size in memory, or of the file."""
@@ -153,9 +158,9 @@ class LightPaths:
         --------
         >>> import fluorspar
         >>> paths = fluorspar.trace("cornell-box", size=(16, 16), spp=4)
-        >>> image = paths.image(lights={"light": "FL11"}, materials={"left-wall": "poster-orange"})
+        >>> image = paths.image(lights={"light": "D50"}, materials={"left-wall": "poster-orange"})
         >>> image.attrs["relit"]
-        {'lights': {'light': 'FL11'}, 'materials': {'left-wall': 'poster-orange'}}
+        {'lights': {'light': 'D50'}, 'materials': {'left-wall': 'poster-orange'}}
         """
         scene = relit(
             self.job.scene,

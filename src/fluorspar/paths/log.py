@@ -8,8 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.bispectral.material import Material
-
 __all__ = ["BLOCK", "END", "ENTRIES", "OF_TERMS", "SURVIVAL", "Chunk", "Log", "lanes_per_pixel"]
 
 BLOCK = 16  # lanes whose entries lie side by side in memory, so that all lanes of a register write one line
@@ -110,15 +108,12 @@ class Chunk:
         Samples per pixel, divided evenly among `lanes_per_pixel(spp)` lanes.
     log : Log
         Lane l of the p-th pixel of the chunk is slot p x lanes_per_pixel(spp) + l.
-    materials : tuple of Material
-        Rows that the chunk brings along, behind those of the scene's material table.
     """
 
     first_pixel: int
     pixels: int
     spp: int
     log: Log
-    materials: tuple[Material, ...] = ()
 
     def compact(self) -> Chunk:
         """Copy without unused room."""

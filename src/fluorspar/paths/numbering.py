@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.log import END
-from fluorspar.scene.lobes.lobe import Lobe
+from fluorspar.scene.lobes.lobe import ANGLES, Lobe
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.surfaces import ABSORBS
 
@@ -44,7 +44,7 @@ def numbered(scene: Scene) -> Scene:
                 number += own
             both.append(tuple(lobes))
         of_surface[node] = (both[0], both[1])
-    return replace(scene, lobes=replace(scene.lobes, of_surface=of_surface))
+    return replace(scene, lobes=replace(scene.lobes, of_surface=of_surface, behind=behind))
 
 
 def rows_shown(traced: Scene, shown: Scene) -> tuple[NDArray[np.uint32], int]:
@@ -79,7 +79,8 @@ def count_rows(scene: Scene) -> tuple[int, int]:
     lobes = scene.lobes
     if lobes is None:
         return len(row_of), len(scene.lights)
-    return len(lobes.rows) + len(lobes.colours) - beyond, len(scene.lights) + len(lobes.light_colours)
+    texels = (1 + ANGLES) * len(lobes.colours)  # as many as if all were of metals
+    return len(lobes.rows) + texels - beyond, len(scene.lights) + len(lobes.light_colours)
 
 
 def _is_single(lobe: Lobe) -> bool:

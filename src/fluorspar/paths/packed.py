@@ -8,7 +8,7 @@ and those numbers that are neither 0 nor 1, one after another.
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, Chunk, Log
-from fluorspar.paths.packing import DIRECT, NUMBER, SAMPLED, kernels
+from fluorspar.paths.packing import kernels
 
 __all__ = ["ARRAYS", "PackedChunk", "pack", "unpack"]
 
@@ -90,19 +90,19 @@ class PackedChunk:
             or (self.goes_on >= blocks * BLOCK).any()
         ):
             return "lanes that leave their strips"
-        known = self.rows != np.iinfo(self.rows.dtype).max
-        if int(self.rows.max(initial=0, where=known)) >= rows:
+        counts = np.empty((blocks, 3), np.int64)
+        check = kernels()["check"]
+        with ThreadPoolExecutor() as pool:
+            _in_parts(pool, blocks, lambda *part: check(*part, self.rows, self.says, self.strips, counts))
+        if counts[:, 2].max(initial=0) >= rows:
             return "rows that are not in the table"
         if int(self.lights.max(initial=0)) >= lights:
             return "lights that are not in the table"
-        direct, sampled = self.says & DIRECT != 0, self.says[0] & SAMPLED != 0
-        numbers = direct.sum(axis=0) + (self.says & NUMBER != 0).sum(axis=0) + sampled
-        of_lights = direct.any(axis=0).astype(np.int64) + sampled
-        for number, (counts, given) in enumerate(((numbers, self.numbers), (of_lights, self.lights))):
-            before = np.concatenate([[0], np.cumsum(counts.sum(axis=1))])
+        for number, given in enumerate((self.numbers, self.lights)):
             if number == 1 and not len(given):
                 continue  # a scene of one light
-            if before[-1] != len(given) or (self.starts[:, number] != before[begin]).any():
+            after = np.cumsum(counts[:, number])
+            if after[-1] != len(given) or (self.starts[:, number] != after - counts[:, number]).any():
                 return "numbers too few or too many"
         return ""
 

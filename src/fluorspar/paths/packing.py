@@ -23,7 +23,7 @@ DIRECT, ONE, NUMBER, SAMPLED = 1, 2, 4, 8
 
 @cache
 def kernels() -> Mapping[str, Callable[..., None]]:
-    """The three kernels: "count", "fill" and "unpack"; compiled code is kept on disk."""
+    """The kernels, by name; compiled code is kept on disk."""
     for name, kernel in _KERNELS.items():
         keep_code(kernel, f"the {name} of light paths")
     return _KERNELS
@@ -172,4 +172,37 @@ def _unpack(
                         m += 1
 
 
-_KERNELS: Mapping[str, Callable[..., None]] = {"count": _count, "fill": _fill, "unpack": _unpack}
+@numba.njit(nogil=True, _nrt=False)
+def _check(first: Any, stop: Any, rows: Any, says: Any, strips: Any, counts: Any) -> None:
+    """Write how many numbers and lights the blocks from `first` to `stop` have by their bytes, and the largest row."""
+    terms, _, lanes = rows.shape
+    none = rows.dtype.type(-1)
+    for block in range(first, stop):
+        numbers = lights = 0
+        largest = np.int64(0)
+        for at in range(strips[block, 0], strips[block, 1]):
+            for lane in range(lanes):
+                lit = False
+                for term in range(terms):
+                    byte, row = says[term, at, lane], rows[term, at, lane]
+                    if row != none:
+                        largest = np.int64(row) if row > largest else largest
+                    if term == 0 and byte & SAMPLED:
+                        numbers += 1
+                        lights += 1
+                    if byte & DIRECT:
+                        numbers += 1
+                        lit = True
+                    if byte & NUMBER and not byte & ONE:
+                        numbers += 1
+                if lit:
+                    lights += 1
+        counts[block, 0], counts[block, 1], counts[block, 2] = numbers, lights, largest
+
+
+_KERNELS: Mapping[str, Callable[..., None]] = {
+    "count": _count,
+    "fill": _fill,
+    "unpack": _unpack,
+    "check": _check,
+}

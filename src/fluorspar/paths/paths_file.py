@@ -68,7 +68,9 @@ class PathsWriter:
         except OSError as err:
             raise write_error(self.path, err) from err
         self._file = h5py.File(self._stream, "w")
-        self._file.attrs.update({"format": _FORMAT, "format_version": _VERSION, "fluorspar": __version__})
+        # Text of fixed length: HDF5 follows the pointers of other text blindly, and dies of wrong ones.
+        texts = {"format": np.bytes_(_FORMAT), "fluorspar": np.bytes_(__version__)}
+        self._file.attrs.update({**texts, "format_version": _VERSION})
         self._record(job)
 
     def __enter__(self) -> PathsWriter:
@@ -87,7 +89,7 @@ class PathsWriter:
         group.attrs.update({"first_pixel": chunk.first_pixel, "pixels": chunk.pixels, "spp": chunk.spp})
         for name in ARRAYS:
             group[name] = getattr(chunk, name)
-        group.attrs["crc32"] = _checksum(chunk)
+        group.attrs["crc32"] = _checksum_of(chunk)
         self._number += 1
         self._check()
 
@@ -113,9 +115,10 @@ class PathsWriter:
             "recipe": recipe,
         }
         text, arrays = to_record(what)
-        self._file["record"] = text
+        self._file["record"] = np.frombuffer(text.encode(), np.uint8)
         for number, array in enumerate(arrays):
             self._file[f"arrays/{number:06d}"] = array
+        self._file.attrs["crc32"] = _checksum(np.frombuffer(text.encode(), np.uint8), *arrays)
 
     def _close(self) -> None:
         with suppress(OSError, RuntimeError):  # the stream tells what failed
@@ -159,10 +162,10 @@ class PathsInFile(Sequence[PackedChunk]):
             chunk = PackedChunk(**sizes, **arrays)
             fault = ""
             if number not in self._sound:
-                wrong = _checksum(chunk) != int(group.attrs["crc32"])
+                wrong = _checksum_of(chunk) != int(group.attrs["crc32"])
                 fault = "a checksum is wrong" if wrong else chunk.fault(*self._tables)
-        except (OSError, KeyError, TypeError, ValueError, RuntimeError) as err:
-            fault = str(err)
+        except _DAMAGE as err:
+            fault = _first_line(err)
         if fault:
             raise PathsError(
                 message(
@@ -199,23 +202,24 @@ def read_paths(path: str | os.PathLike[str]) -> tuple[RenderJob, PathsInFile]:
     """
     import h5py
 
-    path = Path(path)
+    path = Path(os.path.abspath(path))
     try:
         file = h5py.File(path, "r")
+        said = {name: file.attrs.get(name) for name in ("format", "format_version", "fluorspar")}
+        made_by = bytes(said["fluorspar"] or b"?").decode(errors="replace")
     except FileNotFoundError as err:
         raise PathsError(message("there is no such file", where=path)) from err
-    except (OSError, RuntimeError) as err:
+    except _DAMAGE as err:
         fault = "the file cannot be read" if path.is_dir() else "the file is damaged, or holds no light paths"
         raise PathsError(message(fault, where=path, got=_first_line(err), expected=_EXPECTED)) from err
-    if file.attrs.get("format") != _FORMAT:
+    if said["format"] != np.bytes_(_FORMAT):
         raise PathsError(message("the file holds no light paths", where=path, expected=_EXPECTED))
-    if (version := int(file.attrs.get("format_version", 0))) != _VERSION:
-        made = file.attrs.get("fluorspar", "another version")
+    if said["format_version"] != _VERSION:
         raise PathsError(
             message(
                 "the light paths are of another version",
                 where=path,
-                got=f"version {version}, written by Fluorspar {made}",
+                got=f"version {said['format_version']}, written by Fluorspar {made_by}",
                 expected=f"version {_VERSION}",
                 fix="trace the scene again, or use the Fluorspar that wrote them",
             )
@@ -224,7 +228,7 @@ def read_paths(path: str | os.PathLike[str]) -> tuple[RenderJob, PathsInFile]:
         job = _job(file)
         chunks = PathsInFile(file, path, *count_rows(job.scene))
         _check_runs(chunks, job)
-    except (OSError, KeyError, TypeError, ValueError, IndexError, AttributeError, FluorsparError) as err:
+    except (*_DAMAGE, FluorsparError) as err:
         got = f"{type(err).__name__}: {_first_line(err)}"
         fix = "trace the scene again"
         raise PathsError(
@@ -233,6 +237,18 @@ def read_paths(path: str | os.PathLike[str]) -> tuple[RenderJob, PathsInFile]:
     return job, chunks
 
 
+# What HDF5 and a record raise that are not what they were.
+_DAMAGE = (
+    OSError,
+    RuntimeError,
+    KeyError,
+    TypeError,
+    ValueError,
+    IndexError,
+    AttributeError,
+    OverflowError,
+    MemoryError,
+)
 _EXPECTED = "a file written by 'fluorspar trace' or LightPaths.save"
 
 
@@ -242,7 +258,10 @@ def _first_line(err: BaseException) -> str:
 
 def _job(file: Any) -> RenderJob:
     arrays = [file["arrays"][name][...] for name in sorted(file.get("arrays", ()))]
-    read = from_record(file["record"].asstr()[()], arrays)
+    record = file["record"][...]
+    if _checksum(record, *arrays) != int(file.attrs["crc32"]):
+        raise ValueError("a checksum is wrong")
+    read = from_record(bytes(record).decode(), arrays)
     given = dict(read["recipe"])
     source, is_file = given.pop("source"), given.pop("is_file")
     given["library"], given["folder"] = tuple(map(Path, given["library"])), Path(given["folder"])
@@ -265,11 +284,16 @@ def _check_runs(chunks: PathsInFile, job: RenderJob) -> None:
         raise ValueError(f"paths of {at} pixels of {settings.width * settings.height}")
 
 
-def _checksum(chunk: PackedChunk) -> int:
+def _checksum_of(chunk: PackedChunk) -> int:
+    place = np.array([chunk.first_pixel, chunk.pixels, chunk.spp])
+    return _checksum(place, *(getattr(chunk, name) for name in ARRAYS))
+
+
+def _checksum(*arrays: Any) -> int:
     checksum = 0
-    for name in ARRAYS:
-        array: Any = np.ascontiguousarray(getattr(chunk, name))
-        checksum = zlib.crc32(array.reshape(-1).view(np.uint8), checksum)
+    for array in arrays:
+        flat: Any = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+        checksum = zlib.crc32(flat, checksum)
     return checksum
 
 

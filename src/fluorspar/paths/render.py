@@ -56,8 +56,7 @@ def render_chunks(
         tables = _tables(job)
         try:
             for chunk in chunks:
-                of_chunk = _tables(job, chunk) if chunk.materials else tables
-                sweep(chunk, of_chunk, pool, *target.room(chunk.first_pixel, chunk.pixels))
+                sweep(chunk, tables, pool, *target.room(chunk.first_pixel, chunk.pixels))
                 target.keep(chunk.first_pixel, chunk.pixels)
                 del chunk  # its log goes before the next one comes
                 if progress:
@@ -72,12 +71,10 @@ def render_chunks(
         return target.image({**job.attrs, "timings": timings}, partial=target.kept < pixels)
 
 
-def _tables(job: RenderJob, chunk: Chunk | None = None) -> SpectralTables | LobeTables:
-    """Spectra of the scene's materials and lights on the computed grid, and of the rows that a chunk brings along."""
+def _tables(job: RenderJob) -> SpectralTables | LobeTables:
+    """Spectra of the scene's materials and lights on the computed grid."""
     grid, lobes = job.computed_grid, job.scene.lobes
     matrices = job.matrices()
     if lobes is not None:
         return lobe_tables(matrices, lobes, job.lights(), lobes.more_on(grid, job.stokes))
-    if chunk is not None:
-        matrices += [material.on(grid, stokes=job.stokes) for material in chunk.materials]
     return spectral_tables(matrices, job.lights())

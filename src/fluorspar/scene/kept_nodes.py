@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -76,10 +77,18 @@ class KeptNodes:
         self._recipe = recipe
         self._fingerprint = fingerprint(state)
         self._state = state
+        self._made: tuple[Any, Any] | None = None
         self.folders = tuple(map(str, mi.file_resolver()))
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "_state": None}
+        return {**vars(self), "_state": None, "_made": None}
+
+    def made(self, key: Any, make: Callable[[], Any]) -> Any:
+        """Return what `make` makes of the nodes; the last is kept, and not made again for an equal key."""
+        if self._made is None or self._made[0] != key:
+            self._made = None  # it goes before the next one comes
+            self._made = key, make()
+        return self._made[1]
 
     def state(self) -> Any:
         """Return the `mitsuba.parser.ParserState`, which must not be changed.

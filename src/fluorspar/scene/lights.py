@@ -113,8 +113,9 @@ def read_light(state: Any, index: int, shape: int | None, *, matte: bool) -> Lig
         if plugin == "spot" and "texture" in props:
             raise SceneError(
                 message(
-                    "a spot light with a texture is not supported",
+                    "a spot light with a texture is not rendered with matte",
                     where=where,
+                    fix="leave out --matte (matte=True), or the texture",
                 )
             )
         spectrum_name = f"{quantity} of light '{name}'"
@@ -133,8 +134,8 @@ def read_light(state: Any, index: int, shape: int | None, *, matte: bool) -> Lig
             message(
                 f"light '{plugin}' is not supported",
                 where=where,
-                expected=f"one of {', '.join(LIGHTS)}",
-                fix="use --matte (matte=True) for a constant light of its average"
+                expected=f"one of {', '.join(LIGHTS)}" + ("" if matte else ", envmap, projector"),
+                fix="make an environment map of it, or use --matte (matte=True) for a constant light of its average"
                 if plugin in _AVERAGED
                 else did_you_mean(plugin, LIGHTS) or "replace it",
             )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +25,7 @@ __all__ = [
     "build",
     "children",
     "copy_nodes",
+    "grouped",
     "kind",
     "label",
     "parse_scene",
@@ -140,7 +142,41 @@ def parse_scene(source: str | Path | dict[str, Any], parameters: dict[str, str],
             message("this is not a scene", where=where, expected="a top-level element of type 'scene'")
         )
     _refuse_built_objects(state, where)
+    if any(node.props.plugin_name() == "blendbsdf" for node in state.nodes):
+        _unshare_parts(state)
     return state
+
+
+def _unshare_parts(state: Any) -> None:
+    """Give blends copies of BSDFs that others hold too: in each a part may need another channel of the probe."""
+    import mitsuba as mi
+
+    parts = [
+        (index, key, child)
+        for index in range(len(state.nodes))
+        for key, child in children(state, index)
+        if kind(state.nodes[child]) == "BSDF"
+    ]
+    holders = Counter(child for _, _, child in parts)
+    for index, key, child in parts:
+        if holders[child] > 1 and state.nodes[index].props.plugin_name() == "blendbsdf":
+            state.nodes[index].props[key] = mi.Properties.ResolvedReference(_copied(state, child))
+
+
+def _copied(state: Any, index: int) -> int:
+    """The number of a copy of a BSDF node, with copies of the BSDFs that it holds."""
+    import mitsuba as mi
+
+    inner = {
+        key: _copied(state, child)
+        for key, child in children(state, index)
+        if kind(state.nodes[child]) == "BSDF"
+    }
+    state.nodes.append(state.nodes[index])
+    number = len(state.nodes) - 1
+    for key, child in inner.items():
+        state.nodes[number].props[key] = mi.Properties.ResolvedReference(child)
+    return number
 
 
 def _refuse_none(entries: dict[str, Any], where: str) -> None:
@@ -211,6 +247,12 @@ def below(state: Any, index: int) -> Iterator[int]:
         yield from below(state, child)
 
 
+def grouped(state: Any) -> dict[int, int]:
+    """The group of each shape that is in one, a `shapegroup`, of which `instance` makes copies."""
+    groups = [i for i, node in enumerate(state.nodes) if node.props.plugin_name() == "shapegroup"]
+    return {shape: group for group in groups for _, shape in children(state, group)}
+
+
 def sides_of(state: Any, index: int, where: str) -> list[int]:
     """The one or two BSDFs that a `twosided` node holds.
 
@@ -238,16 +280,21 @@ def sides_of(state: Any, index: int, where: str) -> list[int]:
 def build(state: Any, index: int = 0) -> Any:
     """Build one node, with what hangs below it, as a Mitsuba object in the variant that is set.
 
+    By one thread: several add up the vertex normals of a mesh without any in an order that is never the same.
+
     Raises
     ------
     SceneError
         With Mitsuba's reason, if it refuses.
     """
+    import drjit as dr
     import mitsuba as mi
 
     part = copy_nodes(state)
     if index:
         part.nodes[0] = part.nodes[index]
+    threads = dr.thread_count()
+    dr.set_thread_count(1)
     try:
         built = mi.parser.instantiate(parser_config(mi.variant()), part)
     except Exception as err:  # a missing mesh, a value out of range, ...
@@ -262,6 +309,8 @@ def build(state: Any, index: int = 0) -> Any:
                 fix=_suggestion(str(err)),
             )
         ) from err
+    finally:
+        dr.set_thread_count(threads)
     return built[0] if isinstance(built, list) else built
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -120,6 +120,19 @@ class Scene:
             In another process than the one it was loaded in, if its files have changed or are gone since.
         """
         return self._nodes.state()
+
+    def made(self, make: Callable[[Scene], Any]) -> Any:
+        """Return what `make` builds of its nodes, whatever its spectra, samples and depths, in the variant that is set.
+
+        Parameters
+        ----------
+        make : callable
+            A function of the module it is in, for it is part of the key. One thing is kept, in this process.
+        """
+        import mitsuba as mi
+
+        key = make, mi.variant(), self.settings.width, self.settings.height
+        return self._nodes.made(key, lambda: make(self))
 
     @property
     def folders(self) -> tuple[str, ...]:

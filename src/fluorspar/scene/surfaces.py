@@ -12,7 +12,7 @@ from fluorspar.scene.averages import uses_mesh
 from fluorspar.scene.lights import LIGHTS, Light, read_light
 from fluorspar.scene.lobes.lobe import Lobes
 from fluorspar.scene.lobes.reader import LobeReader, needs_lobes
-from fluorspar.scene.nodes import children, kind, label, sides_of
+from fluorspar.scene.nodes import children, grouped, kind, label, sides_of
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.scene.surface_material import DEFAULT_REFLECTANCE, read_material
@@ -23,7 +23,7 @@ __all__ = ["ABSORBS", "NO_LIGHT", "Surface", "SurfaceTable", "read_surfaces"]
 ABSORBS = -1  # in place of a material row: a side that reflects nothing
 NO_LIGHT = -1  # in place of a light row: a surface that does not emit
 
-_NOT_A_SURFACE = ("instance", "shapegroup", "merge")
+_COPIES = ("instance", "shapegroup")  # what they hold are surfaces
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,7 @@ class _Reader:
         self.row_of_override: dict[str, int] = {}
         self.default_row: int | None = None
         self.lobes: LobeReader | None = None
+        self.grouped = grouped(state)
         if not recipe.matte and needs_lobes(state, self.overrides):
             self.lobes = LobeReader(
                 state, lambda nodes, i, shape: read_material(nodes, i, shape, recipe), self.overrides
@@ -153,15 +154,19 @@ class _Reader:
         """Add a shape with its materials and its light."""
         node = self.state.nodes[index]
         where = f"shape {label(node, index)}"
-        if node.props.plugin_name() in _NOT_A_SURFACE:
+        if (plugin := node.props.plugin_name()) == "merge" or (plugin in _COPIES and self.lobes is None):
             raise SceneError(
                 message(
-                    f"'{node.props.plugin_name()}' is not supported",
+                    f"'{plugin}' is not supported" + " with matte" * self.recipe.matte,
                     where=where,
                     expected="plain shapes",
                     fix="write the copies out as shapes",
                 )
             )
+        if plugin in _COPIES:
+            return
+        if index in self.grouped:
+            self.check_grouped(index, where)
         bsdf, light = None, NO_LIGHT
         for _, child in children(self.state, index):
             if kind(self.state.nodes[child]) == "BSDF":
@@ -186,6 +191,19 @@ class _Reader:
         else:
             front, back = self.sides(bsdf, index, emits=light != NO_LIGHT)
         self.table.surfaces.append(Surface(name or label(node, index), index, front, back, light))
+
+    def check_grouped(self, index: int, where: str) -> None:
+        """Refuse a shape of a group that sends out light, or has colours of its own vertices or faces."""
+        emits = any(kind(self.state.nodes[child]) == "Emitter" for _, child in children(self.state, index))
+        if emits or uses_mesh(self.state, index):
+            raise SceneError(
+                message(
+                    f"copies of {'a light' if emits else 'a mesh with colours of its own'} are not supported",
+                    where=where,
+                    expected="shapes without light or 'mesh_attribute' in a 'shapegroup'",
+                    fix="write the copies out as shapes",
+                )
+            )
 
     def sides(self, bsdf: int | None, shape: int, *, emits: bool) -> tuple[int, int]:
         """Material rows of the two sides of a surface with this BSDF node."""

@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 
 from fluorspar.bispectral.conversions import stokes_weights
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
-from fluorspar.bispectral.material import Material
 from fluorspar.image.pixels import Pixels
 from fluorspar.paths.log import BLOCK, END, ENTRIES, Chunk, Log, lanes_per_pixel
 from fluorspar.paths.sweeping.batches import batch_count
@@ -103,12 +102,12 @@ class Paths:
             seen = rng.uniform(0, 1) * (rng.random() < 0.3)
             self.paths.append((seen, int(rng.integers(lights)), vertices))
 
-    def chunk(self, height: int = 1000, materials: tuple[Material, ...] = ()) -> Chunk:
+    def chunk(self, height: int = 1000) -> Chunk:
         """The log, in strips of `height` entries or less; what has no meaning is nonsense."""
         log = log_of([list(self._entries(*lane)) for lane in self._lanes()], height)
         if self.lights == 1:
             log = log._replace(direct_light=log.direct_light[:0], sampled_light=log.sampled_light[:0])
-        return Chunk(7, self.pixels, self.spp, log, materials)
+        return Chunk(7, self.pixels, self.spp, log)
 
     def _lanes(self) -> Iterator[tuple[int, int]]:
         """First and last + 1 path of each lane."""

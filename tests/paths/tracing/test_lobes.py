@@ -9,7 +9,7 @@ from fluorspar import load_scene
 from fluorspar.errors import ApproximationWarning
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import LOBE_VARIANTS
-from fluorspar.scene.lobes.lobe import operate
+from fluorspar.scene.lobes.lobe import ANGLES, METAL, REST, Lobes, operate
 from fluorspar.scene.lobes.rows import Metal
 from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import use_variant
@@ -24,12 +24,14 @@ TINT = {"type": "spectrum", "value": [(400, 0.9), (550, 0.5), (700, 0.8)]}
 COLOUR = {"type": "rgb", "value": [0.2, 0.5, 0.8]}
 
 
-def scene_with(bsdf):
+def scene_with(bsdf, named=None, others=None):
     return {
         "type": "scene",
+        **(named or {}),
         "sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 8, "height": 8}},
         "light": {"type": "constant"},
         "shape": {"type": "sphere", "bsdf": bsdf},
+        **(others or {}),
     }
 
 
@@ -55,15 +57,29 @@ def interaction(mi, dr, scene, wi, uv):
     return si
 
 
-def sums_of_lobes(bsdf):
+def metal(spectra, operation):
+    """The rows of the metal that a texel is on; NaN if it is on none."""
+    if operation > METAL:
+        return np.full((ANGLES, 4), np.nan)
+    return spectra[(first := int(METAL - operation)) : first + ANGLES]
+
+
+def sums_of_lobes(bsdf, **around):
     """Value for wo, sampled weight times density, sampled wo, type and density; spectra of shape (COUNT, 4)."""
-    job = RenderJob.of(scene_with(bsdf), wavelengths=GRID)
+    job = RenderJob.of(scene_with(bsdf, **around), wavelengths=GRID)
     lobes = job.scene.lobes
     assert lobes is not None
     spectra = np.array([matrix.reflectance for matrix in job.scene.matrices(GRID)])
     colours = lobes.colours
     of_colours = sigmoid(colours[:, :3], GRID.values)
-    spectra = np.concatenate([spectra, operate(of_colours, colours[:, 3:])])
+    on_metal = np.array(
+        [
+            colour * row
+            for colour, (*_, op) in zip(of_colours, colours, strict=True)
+            for row in metal(spectra, op)
+        ]
+    ).reshape(-1, 4)
+    spectra = np.concatenate([spectra, operate(of_colours, colours[:, 3:]), on_metal])
     wi, wo, uv, random = geometry(None)
     with use_variant(LOBE_VARIANTS["llvm"]):
         import drjit as dr
@@ -82,20 +98,21 @@ def sums_of_lobes(bsdf):
         found, sent = np.zeros((2, COUNT, len(GRID)))
         picks = (np.arange(PICKS) + 0.5) / PICKS if tracer.metallic else [0.5]
         for pick in picks:
-            for row, d, c in tracer.terms_of(si, value, weight, towards, bs, mi.Point2f(pick), mi.Bool(True)):
+            between = mi.Point3f(pick) if tracer.products else mi.Point2f(pick)
+            for row, d, c in tracer.terms_of(si, value, weight, towards, bs, between, mi.Bool(True)):
                 of_row = spectra[np.broadcast_to(np.array(row), COUNT)] / len(picks)
                 found += np.array(d)[:, np.newaxis] * of_row
                 sent += (np.array(c) * pdf)[:, np.newaxis] * of_row
         return found, sent, np.array(bs.wo).T, np.array(bs.sampled_type), pdf
 
 
-def sums_of_stock(bsdf, sampled_wo):
+def sums_of_stock(bsdf, sampled_wo, **around):
     wi, wo, uv, random = geometry(None)
     with use_variant("llvm_ad_spectral"):
         import drjit as dr
         import mitsuba as mi
 
-        scene = mi.load_dict(scene_with(bsdf))
+        scene = mi.load_dict(scene_with(bsdf, **around))
         si = interaction(mi, dr, scene, wi, uv)
         si.wavelengths = mi.Spectrum(*(float(w) for w in GRID.values))
         context, plugin = mi.BSDFContext(), si.bsdf()
@@ -113,9 +130,9 @@ def sums_of_stock(bsdf, sampled_wo):
         )
 
 
-def check(bsdf, tolerance=1e-6):
-    found, sent, wo, kind, pdf = sums_of_lobes(bsdf)
-    value, of_sample, stock_kind, of_stock_sample, stock_wo = sums_of_stock(bsdf, wo)
+def check(bsdf, tolerance=1e-6, **around):
+    found, sent, wo, kind, pdf = sums_of_lobes(bsdf, **around)
+    value, of_sample, stock_kind, of_stock_sample, stock_wo = sums_of_stock(bsdf, wo, **around)
 
     def error(ours, stock):
         return np.max(np.abs(ours - stock) / (np.abs(stock) + 1), initial=0.0)
@@ -191,8 +208,27 @@ PRINCIPLED = {
     "metallic": {"metallic": 0.7, "roughness": 0.3, "anisotropic": 0.5},
     "coat and sheen": {"clearcoat": 0.8, "clearcoat_gloss": 0.4, "sheen": 0.6},
     "flat": {"flatness": 0.5, "roughness": 0.6},
+    "tint of no sheen": {"sheen_tint": 0.8, "roughness": 0.6},
     "glass": {"spec_trans": 0.8, "roughness": 0.3, "eta": 1.5},
 }
+
+
+def test_blends_share_their_parts():
+    """Whatever the order of the parts, and whatever else is beside one."""
+    parts = {"a": PAINT, "b": TINT, "c": COLOUR}
+    named = {name: {"type": "diffuse", "id": name, "reflectance": value} for name, value in parts.items()}
+    blends = [
+        {"type": "blendbsdf", "weight": 0.3, **{part: {"type": "ref", "id": part} for part in pair}}
+        for pair in ("ab", "ca", "cb")
+    ]
+    for blend in blends:  # of which the one that is checked is on the first sphere
+        others = {f"other {number}": {"type": "sphere", "bsdf": bsdf} for number, bsdf in enumerate(blends)}
+        check(blend, named=named, others=others)
+    balls = {
+        f"ball {name}": {"type": "sphere", "bsdf": {"type": "ref", "id": name}} for name in (*parts, "blend")
+    }
+    scene = scene_with({"type": "diffuse"}, named=named | {"blend": blends[0] | {"id": "blend"}} | balls)
+    assert [len(front) for front, _ in load_scene(scene).lobes.of_surface.values()] == [1, 1, 1, 2, 1]
 
 
 @pytest.mark.parametrize("name", PRINCIPLED)
@@ -223,6 +259,21 @@ def test_texels_are_those_of_the_picture(picture):
         bitmap = {"type": "bitmap", "filename": picture, "filter_type": filter_type}
         check({"type": "diffuse", "reflectance": bitmap}, tolerance=1e-5)
         check({"type": "roughplastic", "diffuse_reflectance": bitmap}, tolerance=1e-5)
+    nearest = {"type": "bitmap", "filename": picture, "filter_type": "nearest"}
+    check({"type": "roughplastic", "diffuse_reflectance": nearest, "nonlinear": True}, tolerance=1e-5)
+
+
+def test_the_brightest_value_of_a_texel():
+    rng = np.random.default_rng(2)
+    # Parabolas with their vertex at, beside and far from visible light, up and down, and none.
+    vertex, width, top = rng.uniform(200, 1000, 300), rng.uniform(20, 300, 300), rng.uniform(-3, 3, 300)
+    a = np.where(rng.random(300) < 0.1, 0, rng.choice([-1, 1], 300) / width**2)
+    colours = np.stack([a, -2 * a * vertex, a * vertex**2 + top], axis=1).astype(np.float32)
+    everywhere = np.linspace(360, 830, 4701)
+    for operation in (0.0, REST, 0.6):  # S itself, the rest, and under a coat
+        texels = np.concatenate([colours, np.full((300, 1), operation, np.float32)], axis=1)
+        expected = operate(sigmoid(colours, everywhere), operation).max(axis=1)
+        np.testing.assert_allclose(Lobes(colours=texels).brightest, expected, atol=2e-5)
 
 
 @pytest.mark.parametrize("bsdf", ["plastic", "roughplastic", "principled"])
@@ -237,6 +288,18 @@ def test_of_an_interpolated_texture_that_is_not_used_linearly_is_warned_once(pic
     with pytest.warns(ApproximationWarning, match="not linear") as warned:
         load_scene(scene_with(bilinear) | {"other": {"type": "sphere", "bsdf": bilinear}})
     assert len(warned) == 1
+
+
+def test_a_metal_with_a_texture(picture):
+    bitmap = {"type": "bitmap", "filename": picture}
+    check({"type": "conductor", "material": "Au", "specular_reflectance": bitmap}, tolerance=3e-4)
+    with use_variant("scalar_rgb"):
+        import mitsuba as mi
+
+        to_uv = mi.ScalarTransform4f().scale([1.7, 2.3, 1])
+    board = {"type": "checkerboard", "color0": PAINT, "color1": TINT, "to_uv": to_uv}
+    rough = {"type": "roughconductor", "eta": 1.2, "k": 4.0, "alpha": 0.3}
+    check({**rough, "specular_reflectance": board}, tolerance=3e-4)
 
 
 @pytest.mark.parametrize("wrap", ["repeat", "mirror", "clamp"])

@@ -35,7 +35,7 @@ from fluorspar.paths.sweeping.luminesce import luminesce
 from fluorspar.paths.sweeping.registers import collect, colour, reflect
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
 from fluorspar.scene.lobes import lobe as lobe_module
-from fluorspar.scene.lobes.lobe import DARK, FULL, REST, Lobes
+from fluorspar.scene.lobes.lobe import ANGLES, DARK, FULL, METAL, REST, Lobes
 
 __all__ = ["LobeTables", "compiled_for_lobes", "lobe_tables", "new_lobe_scratch"]
 
@@ -55,7 +55,7 @@ class LobeTables(NamedTuple):
     components : ndarray of int64
         Components that occur, except where nothing luminesces.
     colours, light_colours : ndarray of shape (texels, 4), float32
-        See `Lobes`.
+        See `Lobes`. Rows of metals with a texture follow, `ANGLES` for each texel.
     wavelengths : ndarray of shape (B,), float32
         In nm, within the range for which the coefficients are meant; padded with the last.
     """
@@ -224,12 +224,21 @@ def _put_spectra(path: Any, k: int, tables: Any, width: int) -> bool:
 @numba.njit(inline="always")
 def _put_colour(path: Any, to: int, tables: Any, number: int, width: int) -> None:
     """Put the spectrum of a texel into the path, with what a lobe makes of it; see `operate`."""
+    angle = np.int64(-1)
+    if number >= len(tables.colours):  # of a metal
+        angle = np.int64((number - len(tables.colours)) % ANGLES)
+        number = (number - len(tables.colours)) // ANGLES
     c0, c1, c2, operation = tables.colours[number]
     colour(path.own, tables, to, width, c0, c1, c2)
     if operation == 0:
         return
     one, two = np.float32(1), np.float32(2)
     out = path.own
+    if angle >= 0:
+        metal = np.int64(np.float32(METAL) - operation) + angle
+        for j in range(width):
+            out[to, j] *= tables.spectra.reflectance[metal, j]
+        return
     if operation > 0:
         for j in range(width):
             out[to, j] = out[to, j] * (one - operation) / (one - operation * out[to, j])

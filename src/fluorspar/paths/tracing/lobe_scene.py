@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.tracing.trace_scene import lights_of_emitters, pointer_of, sampler_of
+from fluorspar.scene.extent import warn_of_extent
 from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.lobes.lobe import STRAIGHT, DyeMap, Lobe, Lobes
 from fluorspar.scene.lobes.pictures import build_picture
 from fluorspar.scene.lobes.probes import apply_edits
-from fluorspar.scene.nodes import build, children, copy_nodes, kind, label, resolving
+from fluorspar.scene.nodes import build, children, copy_nodes, grouped, kind, label, resolving
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import set_film
 
@@ -69,6 +71,9 @@ class LobeScene:
         Light row of its environment map, -1 if it has none.
     to_sky : ndarray of shape (3, 3), optional
         Turns directions of the scene to those of its environment map.
+    beams : mapping of int to ndarray of shape (3, 3)
+        By light row of spots with a picture: turns directions towards them to (x, y, z), for which the place on the
+        picture is (1 + x / z) / 2, (1 + y / z) / 2.
     """
 
     mitsuba_scene: Any
@@ -82,23 +87,43 @@ class LobeScene:
     lights: int
     sky_row: int
     to_sky: NDArray[np.float64] | None
+    beams: Mapping[int, NDArray[np.float64]]
 
 
 def build_lobe_scene(scene: Scene) -> LobeScene:
-    """Build the scene in the variant that is set, at the size and samples of `scene.settings`."""
+    """Build the scene in the variant that is set, at the size and samples of `scene.settings`; the last is kept."""
+    built: LobeScene = scene.made(_built)
+    warn_of_extent(built.mitsuba_scene)
+    assert scene.lobes is not None
+    # Its rows are those of this scene: they may be numbered in another way.
+    slots = _slots(scene, scene.lobes)
+    return replace(built, sampler=sampler_of(built.sensor, scene), slots=slots, lobes=scene.lobes)
+
+
+def _built(scene: Scene) -> LobeScene:
     import mitsuba as mi
 
     lobes = scene.lobes
     assert lobes is not None
     state = copy_nodes(scene.nodes)
     nodes = state.nodes
-    for light in scene.lights:
+    beams = {}
+    for row, light in enumerate(scene.lights):
         props = nodes[light.node].props
         if light.node in lobes.skies:
             del props["filename"]
             props["bitmap"] = mi.Bitmap(np.repeat(lobes.skies[light.node][..., np.newaxis], 3, axis=2))
+        elif light.plugin == "projector":
+            texture = lobes.textures[lobes.light_textures[row][0]]
+            for name in {"irradiance", "scale"} & set(props.keys()):
+                del props[name]
+            white = mi.Bitmap(np.ones((texture.height, texture.width, 3), np.float32))
+            props["irradiance"] = mi.load_dict({"type": "bitmap", "bitmap": white, "raw": True})
         else:
             give_spectrum(props, light, 1.0)
+            if light.plugin == "spot" and "texture" in props:
+                beams[row] = _to_picture(props)
+                del props["texture"]
         props.set_id(f"light-{light.node}")
     apply_edits(state, lobes.edits)
     with resolving(*scene.folders):
@@ -121,6 +146,7 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
             del nodes[0].props[key]
     set_film(state, scene.settings)
     with resolving(*scene.folders):
+        copied = _build_groups(state)
         built = build(state)
 
     sky = [emitter for emitter in built.emitters() if emitter.class_name() == "EnvironmentMapEmitter"]
@@ -128,13 +154,10 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
     if sky:
         to_world = np.array(sky[0].world_transform().matrix, dtype=np.float64).reshape(4, 4)
         to_sky = np.linalg.inv(to_world)[:3, :3].astype(np.float64)
-    terms = lobes.terms
-    sides: list[list[tuple[Lobe, bool, bool]]] = [[]]
-    pointers = {shape.id(): pointer_of(mi.ShapePtr(shape)) for shape in built.shapes()}
+    pointers = {shape.id(): pointer_of(mi.ShapePtr(shape)) for shape in [*built.shapes(), *copied]}
     first_of_shape = np.zeros(max(pointers.values(), default=0) + 1, dtype=np.uint32)
-    for surface in scene.surfaces:
-        first_of_shape[pointers[f"surface-{surface.node}"]] = len(sides)
-        sides += [_expanded(side) for side in lobes.of_surface[surface.node]]
+    for number, surface in enumerate(scene.surfaces):
+        first_of_shape[pointers[f"surface-{surface.node}"]] = 1 + 2 * number
     light_of_emitter = lights_of_emitters(built, scene)
     sensor = built.sensors()[0]
     return LobeScene(
@@ -142,14 +165,43 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
         sensor,
         sampler_of(sensor, scene),
         first_of_shape,
-        _slots(sides, terms),
-        terms,
+        _slots(scene, lobes),
+        lobes.terms,
         light_of_emitter,
         lobes,
         len(scene.lights),
         int(light_of_emitter[pointer_of(mi.EmitterPtr(sky[0]))]) if sky else -1,
         to_sky,
+        beams,
     )
+
+
+def _build_groups(state: Any) -> list[Any]:
+    """Build the shapes of all groups and put them into their nodes: a built group does not say what it holds."""
+    nodes = state.nodes
+    shapes: list[Any] = []
+    bsdfs: dict[int, Any] = {}  # each once, with its pictures
+    for shape, group in grouped(state).items():
+        for key, child in list(children(state, shape)):
+            if kind(nodes[child]) == "BSDF":
+                bsdfs[child] = bsdfs.get(child) or build(state, child)
+                _put(nodes[shape], key, bsdfs[child])
+        shapes.append(build(state, shape))
+        key = next(key for key, child in children(state, group) if child == shape)
+        _put(nodes[group], key, shapes[-1])
+    return shapes
+
+
+def _put(node: Any, key: str, built: Any) -> None:
+    del node.props[key]
+    node.props[key] = built
+
+
+def _to_picture(spot: Any) -> NDArray[np.float64]:
+    """See `LobeScene.beams`."""
+    edge = np.tan(np.radians(spot.get("cutoff_angle", 20.0)))
+    to_world = np.array(spot["to_world"].matrix) if "to_world" in spot else np.eye(4)
+    return np.asarray(-np.linalg.inv(to_world)[:3, :3] / [[edge], [edge], [1.0]])
 
 
 def _dye_map(state: Any, dye: DyeMap) -> Any:
@@ -179,7 +231,11 @@ def _expanded(side: tuple[Lobe, ...]) -> list[tuple[Lobe, bool, bool]]:
     return slots
 
 
-def _slots(sides: list[list[tuple[Lobe, bool, bool]]], terms: int) -> Slots:
+def _slots(scene: Scene, lobes: Lobes) -> Slots:
+    sides: list[list[tuple[Lobe, bool, bool]]] = [[]]
+    for surface in scene.surfaces:
+        sides += [_expanded(side) for side in lobes.of_surface[surface.node]]
+    terms = lobes.terms
     absent = Lobe(_ABSENT, 0, 1.0), False, False
     filled = [slot for side in sides for slot in (*side, *[absent] * (terms - len(side)))]
     return Slots(

@@ -16,7 +16,7 @@ from fluorspar.paths.log import BLOCK, END, SURVIVAL
 from fluorspar.paths.tracing.lobe_scene import LobeScene
 from fluorspar.paths.tracing.mesh_colours import MeshColours
 from fluorspar.paths.tracing.tracer import Spread, Tracer, camera_ray, mis, two
-from fluorspar.scene.lobes.lobe import CHANNELS, STRAIGHT
+from fluorspar.scene.lobes.lobe import ANGLES, CHANNELS, STRAIGHT
 from fluorspar.scene.settings import UNLIMITED
 
 __all__ = ["LobeTracer"]
@@ -39,7 +39,10 @@ class LobeTracer(Tracer):
         self.slots = mi.UInt32(np.stack([*packets, rest | slots.angles << 5], axis=1).ravel())
         textures = scene.lobes.textures
         self.textured, self.metallic = bool((slots.texture >= 0).any()), bool(slots.angles.any())
+        self.products = bool(((slots.texture >= 0) & (slots.angles > 0)).any())
         self.picks = self.textured or self.metallic
+        self.first_texel = scene.lobes.behind + len(scene.lobes.rows)
+        self.rows = self.first_texel + len(scene.lobes.colours)
         holes = (slots.channel == STRAIGHT).reshape(-1, scene.terms).any(axis=1)
         self.straight, self.hole = bool(holes.any()), mi.Bool(holes)
         varying = scene.lobes.light_textures
@@ -56,15 +59,10 @@ class LobeTracer(Tracer):
             self.grids = mi.UInt32(np.array(kinds, dtype=np.uint32).ravel())
         self.meshes = MeshColours(scene) if any(t.mesh >= 0 for t in textures) else None
 
-    def first_state(self) -> dict[str, Any]:
+    def first_state(self, lanes: int) -> dict[str, Any]:
         """What the loop carries besides the ray, where a path begins."""
-        return {
-            "previous": mi.Point3f(0),
-            "pdf": mi.Float(_CERTAIN),
-            "throughput": mi.Float(1),
-            "eta": mi.Float(1),
-            "depth": mi.UInt32(0),
-        }
+        certain, one = dr.full(mi.Float, _CERTAIN, lanes), dr.ones(mi.Float, lanes)
+        return {**super().first_state(lanes), "pdf": certain, "eta": one}
 
     def run(
         self, spread: Spread | None, log: dict[str, Any], height: Any, state: dict[str, Any]
@@ -79,15 +77,28 @@ class LobeTracer(Tracer):
         if not self.varying:
             return row
         texture = dr.gather(mi.Int32, self.light_texture, row, active)
+        for beam, to_picture in self.scene.beams.items():
+            x, y, z = _turned(to_picture, direction)
+            uv = dr.select(row == beam, mi.Point2f(0.5 + 0.5 * x / z, 0.5 + 0.5 * y / z), uv)
         if self.scene.to_sky is not None:
-            x, y, z = (
-                sum((float(a) * b for a, b in zip(line, direction, strict=True)), mi.Float(0))
-                for line in self.scene.to_sky
-            )
+            x, y, z = _turned(self.scene.to_sky, direction)
             away = mi.Point2f(dr.atan2(x, -z) * dr.inv_two_pi, dr.safe_acos(y) * dr.inv_pi)
             uv = dr.select(row == self.scene.sky_row, away, uv)
         texel = _texel(self, texture, uv, two(rng), active)
         return dr.select(texture >= 0, dr.gather(mi.UInt32, self.light_first, row, active) + texel, row)
+
+    def pick(self, rng: Any) -> Any:
+        """Random numbers for `terms_of`."""
+        if self.products:
+            return mi.Point3f(rng.next_float32(), rng.next_float32(), rng.next_float32())
+        return two(rng) if self.picks else mi.Point2f(0)
+
+    def survival_of(self, row: Any, active: Any) -> Any:
+        """The survival of a row; of a texel on metal, that of the texel."""
+        if self.products:
+            texel = self.first_texel + (row - self.rows) // ANGLES
+            row = dr.select(row < self.rows, row, texel)
+        return dr.gather(mi.Float, self.survival, row, active)
 
     def terms_of(
         self, si: Any, value: Any, weight: Any, wo: Any, bs: Any, pick: Any, active: Any
@@ -101,7 +112,7 @@ class LobeTracer(Tracer):
             Of the BSDF for the direction `wo`, times the cosine, and of the sample `bs`.
         wo : Vector3f
         bs : BSDFSample3f
-        pick : Point2f
+        pick : Point2f, or Point3f where metals have textures
             Random numbers, for what is interpolated.
         active : Bool
 
@@ -124,15 +135,17 @@ class LobeTracer(Tracer):
                 sent = dr.select(straight, dr.select(channel == STRAIGHT, dr.max(weight), 0.0), sent)
             if self.textured:
                 number = mi.Int32(texture) - 1
-                row += _texel(self, number, si.uv, pick, active)
+                texel = _texel(self, number, si.uv, pick, active)
                 if self.meshes is not None:
-                    row += self.meshes.texel(number, si, pick.x, active)
+                    texel += self.meshes.texel(number, si, pick.x, active)
+                row += texel * dr.maximum(rest >> 5, 1) if self.products else texel
             if self.metallic:
                 of_found, of_sent = (rest & 8) != 0, (rest & 16) != 0
                 found, sent = dr.select(of_found, found, 0.0), dr.select(of_sent, sent, 0.0)
                 angles = rest >> 5
                 cosine = dr.sqrt(dr.clip((1 + dr.dot(si.wi, dr.select(of_found, wo, bs.wo))) / 2, 0, 1))
-                step = mi.UInt32(dr.sqrt(cosine) * (mi.Float(angles) - 1) + pick.x)
+                between = pick.z if self.products else pick.x  # independent of that of the texel
+                step = mi.UInt32(dr.sqrt(cosine) * (mi.Float(angles) - 1) + between)
                 row += dr.select(angles > 0, dr.minimum(step, angles - 1), 0)
             terms.append((row, found * scale, dr.select(active & (bs.pdf > 0), sent * scale, 0.0)))
         return terms
@@ -169,7 +182,8 @@ def _trace(
     slot = lane // BLOCK * (height * BLOCK) + lane % BLOCK
     used = mi.UInt32(0)
     context = mi.BSDFContext()
-    per_term = dr.width(log["sampled"])
+    # Opaque: it follows the number of lanes and the height of strips, and would mean a new kernel for each.
+    per_term = dr.opaque(mi.UInt32, dr.width(log["sampled"]))
 
     while (left > 0) & (used < height):
         ray = mi.Ray3f(o, d)
@@ -206,14 +220,12 @@ def _trace(
             light = tracer.light_of(ds.emitter, ds.d, ds.uv, rng, lit)
             dr.scatter(log["direct_light"], light, slot)
 
-        terms = tracer.terms_of(
-            si, value, weight, wo, bs, two(rng) if tracer.picks else mi.Point2f(0), active
-        )
+        terms = tracer.terms_of(si, value, weight, wo, bs, tracer.pick(rng), active)
         carried, survived = mi.Float(0), mi.Float(0)
         for t in range(tracer.terms):
             row, found, sent = terms[t]
             carried += sent
-            survived += sent * dr.gather(mi.Float, tracer.survival, row, active)
+            survived += sent * tracer.survival_of(row, active)
             dr.scatter(log["direct"], dr.select(lit, found * mixed, 0.0), slot + t * per_term)
 
         # Roulette decides before the ray is traced.
@@ -259,6 +271,11 @@ def _trace(
         "inc": rng.inc,
     }
     return used, stopped
+
+
+def _turned(matrix: Any, direction: Any) -> Any:
+    """A matrix of numbers times a direction."""
+    return (sum((float(a) * b for a, b in zip(line, direction, strict=True)), mi.Float(0)) for line in matrix)
 
 
 def _of_channel(colour: Any, channel: Any) -> Any:

@@ -92,11 +92,13 @@ class Tracer:
 
     def start(self, number: int, first_pixel: int, pixels: int) -> Started:
         """Launch the tracing of chunk `number`, `pixels` pixels from `first_pixel` on, without waiting for it."""
-        spp, parts = self.settings.spp, lanes_per_pixel(self.settings.spp)
-        lane = dr.arange(mi.UInt32, pixels * parts)
+        lane = dr.arange(mi.UInt32, pixels * lanes_per_pixel(self.settings.spp))
+        # Opaque, here and for seeds: a number written into the kernel would mean a new kernel for each.
+        spp, parts = (
+            dr.opaque(mi.UInt32, n) for n in (self.settings.spp, lanes_per_pixel(self.settings.spp))
+        )
         part = lane % parts
         first = part * spp // parts
-        # Opaque, here and for seeds: a number written into the kernel would mean a new kernel for each chunk.
         pixel = lane // parts + dr.opaque(mi.UInt32, first_pixel)
         sample = lane // parts * spp + first
         rng = mi.PCG32(len(lane), *map(mi.UInt64, mi.sample_tea_32(lane, self._seed(number, 0))))
@@ -105,25 +107,25 @@ class Tracer:
         state = {
             "o": mi.Point3f(ray.o),
             "d": mi.Vector3f(ray.d),
-            **self.first_state(),
+            **self.first_state(len(lane)),
             "pixel": pixel,
             "sample": sample,
             "left": (part + 1) * spp // parts - first,
             "state": rng.state,
             "inc": rng.inc,
         }
-        # Not left as constants, so that lanes that begin and lanes that go on run the same kernel.
+        # Not left as constants, nor as one number for all, so that lanes that begin and that go on run one kernel.
         dr.make_opaque(state)
         height = int(np.ceil(self._room * self._longest_lane))
         return Started(number, first_pixel, pixels, self._launch(state, height, spread), spread)
 
-    def first_state(self) -> dict[str, Any]:
+    def first_state(self, lanes: int) -> dict[str, Any]:
         """What the loop carries besides the ray, where a path begins."""
         return {
-            "previous": mi.Point3f(0),
-            "pdf": mi.Float(0),
-            "throughput": mi.Float(1),
-            "depth": mi.UInt32(0),
+            "previous": dr.zeros(mi.Point3f, lanes),
+            "pdf": dr.zeros(mi.Float, lanes),
+            "throughput": dr.ones(mi.Float, lanes),
+            "depth": dr.zeros(mi.UInt32, lanes),
         }
 
     def run(
@@ -140,6 +142,10 @@ class Tracer:
         """Wait for a chunk, let lanes go on that came to the end of their strip, and return the log of all."""
         launches = [started.launch]
         while len(going_on := dr.compress(launches[-1].state["left"] > 0)):
+            if (
+                len(going_on) == 1
+            ):  # twice, the second unread: a kernel for one lane alone would be another one
+                going_on = dr.concat([going_on, going_on])
             state = {
                 name: dr.gather(type(values), values, going_on) for name, values in launches[-1].state.items()
             }

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import OptionError, message
+from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
 from fluorspar.paths.tracing.trace_scene import build_trace_scene
 from fluorspar.scene.camera import camera_of
 from fluorspar.scene.scene import Scene
-from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
+from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, use_variant
 
 __all__ = ["first_hits"]
 
@@ -53,10 +54,11 @@ def first_hits(scene: Scene, points: ArrayLike) -> Array:
     eye = -np.linalg.solve(matrix[:, :3], matrix[:, 3])
     ways = targets - eye
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    with use_variant(TRACE_VARIANTS["llvm"]):
+    matte = scene.lobes is None
+    with use_variant((TRACE_VARIANTS if matte else LOBE_VARIANTS)["llvm"]):
         import mitsuba as mi
 
-        traced = build_trace_scene(scene).mitsuba_scene
+        traced = (build_trace_scene(scene) if matte else build_lobe_scene(scene)).mitsuba_scene
         origin = mi.Point3f(*(np.full(len(ways), c, np.float32) for c in eye))
         ray = mi.Ray3f(o=origin, d=mi.Vector3f(*(ways[:, axis].astype(np.float32) for axis in range(3))))
         distance = np.array(traced.ray_intersect_preliminary(ray, coherent=True).t, dtype=np.float64)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from fluorspar.bispectral.material import Material
-from fluorspar.errors import ApproximationWarning, SceneError, message
-from fluorspar.scene.lobes.rows import ANGLES, Metal
+from fluorspar.errors import ApproximationWarning
+from fluorspar.scene.lobes.lobe import ANGLES, METAL
+from fluorspar.scene.lobes.rows import Metal
 from fluorspar.scene.lobes.side import Side, Spectral
 from fluorspar.scene.lobes.table import LobeTable
 from fluorspar.scene.nodes import build
@@ -25,26 +26,18 @@ _PRIMARIES = np.array(
 
 def conductor(table: LobeTable, index: int, side: Side) -> None:
     name = "specular_reflectance"
-    if (index, name) not in table.read:
-        table.read[index, name] = _metal(table, index, side)
+    key = table.key(index, f"{name}, metal", side.shape)
+    if key not in table.read:
+        table.read[key] = _metal(table, index, side)
     table.edit(index, {"material": "none", "eta": None, "k": None})
-    table.give(index, name, table.read[index, name], side)
+    table.give(index, name, table.read[key], side)
 
 
 def _metal(table: LobeTable, index: int, side: Side) -> Spectral:
-    """Rows for all angles of a conductor."""
+    """Rows for all angles of a conductor, and for all texels of its specular reflectance."""
     import mitsuba as mi
 
-    name = "specular_reflectance"
-    where, specular = side.where, table.spectral(index, name, 1.0, side)
-    if specular.texture >= 0:
-        raise SceneError(
-            message(
-                "a conductor with a texture as specular reflectance is not supported",
-                where=where,
-                expected="one spectrum",
-            )
-        )
+    where, specular = side.where, table.spectral(index, "specular_reflectance", 1.0, side)
     props = table.state.nodes[index].props
     built = build(table.state, index)  # or Mitsuba says what is wrong
     eta, k = (
@@ -52,13 +45,14 @@ def _metal(table: LobeTable, index: int, side: Side) -> Spectral:
         if "eta" in props or "k" in props
         else _preset(mi.traverse(built), props)
     )
-    factor = table.rows[specular.row]
-    assert isinstance(factor, Material)
     row = len(table.rows)
-    cosines = np.linspace(0, 1, ANGLES) ** 2
-    metals = [Metal(eta, k, factor.reflectance, float(cosine)) for cosine in cosines]
-    table.rows += metals
-    return Spectral(row, False, 1.0, 1.0, angles=ANGLES)
+    cosines = [float(cosine) for cosine in np.linspace(0, 1, ANGLES) ** 2]
+    if specular.in_colours:
+        table.rows += [Metal(eta, k, Spectrum.constant(1.0, "white"), cosine) for cosine in cosines]
+        return replace(table.operated(specular, METAL - row, 1.0, 1.0), angles=ANGLES)
+    for factor in table.rows_of(specular):
+        table.rows += [Metal(eta, k, factor.reflectance, cosine) for cosine in cosines]
+    return Spectral(row, False, 1.0, 1.0, specular.texture, ANGLES)
 
 
 def _preset(values: Any, props: Any) -> tuple[Spectrum, Spectrum]:

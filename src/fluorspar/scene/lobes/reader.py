@@ -14,7 +14,7 @@ from fluorspar.errors import FluorsparError, SceneError, message
 from fluorspar.scene.averages import MESH_ATTRIBUTE
 from fluorspar.scene.lights import Light
 from fluorspar.scene.lobes.dyed import fluorescent
-from fluorspar.scene.lobes.lobe import STRAIGHT, Edit, Lobe, Lobes
+from fluorspar.scene.lobes.lobe import ANGLES, STRAIGHT, Edit, Lobe, Lobes
 from fluorspar.scene.lobes.metal import conductor
 from fluorspar.scene.lobes.plastic import dielectric, plastic
 from fluorspar.scene.lobes.principled import principled
@@ -28,6 +28,8 @@ from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.spectral.spectrum import Spectrum
 
 __all__ = ["LobeReader", "needs_lobes"]
+
+_MOST_ROWS = 2**32 - 2  # that a log can hold
 
 
 class LobeReader(LobeTable):
@@ -57,14 +59,26 @@ class LobeReader(LobeTable):
 
     def lobes(self) -> Lobes:
         """Everything that was read, if Mitsuba builds it."""
-        first = len(self.rows)
+        first, colours = len(self.rows), sum(map(len, self.colours))
         edits = tuple(Edit(node, values, plugin) for node, (plugin, values) in self.edits.items())
         check_probes(self.state, edits, self._bsdfs)
+        if first + (1 + ANGLES) * colours > _MOST_ROWS:
+            raise SceneError(
+                message(
+                    "the textures of the scene are too large",
+                    got=f"{colours} texels",
+                    expected=f"at most {_MOST_ROWS // (1 + ANGLES)} in all",
+                    fix="make the largest pictures smaller",
+                )
+            )
 
         def placed(side: list[Lobe]) -> tuple[Lobe, ...]:
-            return tuple(
-                replace(lobe, row=first + lobe.row) if self.is_colour(lobe) else lobe for lobe in side
-            )
+            return tuple(replace(lobe, row=number(lobe)) for lobe in side)
+
+        def number(lobe: Lobe) -> int:
+            if not self.is_colour(lobe):
+                return lobe.row
+            return first + colours + ANGLES * lobe.row if lobe.angles else first + lobe.row
 
         return Lobes(
             tuple(self.rows),
@@ -213,9 +227,11 @@ _MATTE = {"diffuse", FLUORESCENT, "twosided"}
 
 
 def needs_lobes(state: Any, overrides: Mapping[str, Material]) -> bool:
-    """Whether a scene has a surface that is not matte, or not of one spectrum, or a light that varies."""
+    """Whether a scene has a surface that is not matte, or not of one spectrum, copies, or a light that varies."""
     for index, node in enumerate(state.nodes):
         if kind(node) == "Emitter" and varies(state, index):
+            return True
+        if node.props.plugin_name() in ("instance", "shapegroup"):
             return True
         if kind(node) != "Shape" or node.props.id() in overrides:
             continue

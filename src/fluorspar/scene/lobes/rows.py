@@ -13,10 +13,8 @@ from fluorspar.scene.lobes.lobe import operate
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["ANGLES", "Coated", "Luminescence", "Metal", "Operated", "Reflection", "conductor_reflectance"]
+__all__ = ["Coated", "Luminescence", "Metal", "Operated", "Reflection", "conductor_reflectance"]
 
-ANGLES = 65
-"""Angles for which a conductor has rows; with linear interpolation between them the error is below 3e-4."""
 _NO_INDEX = 1e-12
 
 

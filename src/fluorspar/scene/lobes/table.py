@@ -162,13 +162,16 @@ class LobeTable:
             self._in_colours.add((len(self.textures) - 1, row))
             return Spectral(row, True, mean, unit, len(self.textures) - 1)
         row = len(self.rows)
+        self.rows += [Operated(below, operation) for below in self.rows_of(spectral)]
+        return Spectral(row, False, mean, unit, spectral.texture)
+
+    def rows_of(self, spectral: Spectral) -> list[Material]:
+        """The materials of a spectrum that is not of colours: one, or one for each texel."""
         count = 1
         if spectral.texture >= 0:
             count = self.textures[spectral.texture].width * self.textures[spectral.texture].height
-        for below in self.rows[spectral.row : spectral.row + count]:
-            assert isinstance(below, Material)
-            self.rows.append(Operated(below, operation))
-        return Spectral(row, False, mean, unit, spectral.texture)
+        rows = self.rows[spectral.row : spectral.row + count]
+        return [row for row in rows if isinstance(row, Material)]
 
     def warn_of_interpolation(self, spectral: Spectral, where: str) -> None:
         """Warn, once, of an interpolated texture whose colours are used in a way that is not linear."""

@@ -14,7 +14,15 @@ from fluorspar.scene.lobes.lobe import Texture
 from fluorspar.scene.lobes.pictures import build_picture
 from fluorspar.scene.nodes import build, children, copy_nodes
 
-__all__ = ["placement", "read_attribute", "read_bitmap", "sigmoid", "sky_colours", "sky_placement"]
+__all__ = [
+    "placement",
+    "positive_scale",
+    "read_attribute",
+    "read_bitmap",
+    "sigmoid",
+    "sky_colours",
+    "sky_placement",
+]
 
 _LARGEST = 1e4  # coefficient; the sigmoid is then 1 to single precision
 
@@ -117,13 +125,20 @@ def sky_colours(state: Any, index: int, label: str) -> tuple[NDArray[np.float32]
     """
     import mitsuba as mi
 
-    if (factor := state.nodes[index].props.get("scale", 1.0)) < 0:
-        raise SceneError(message("a light is negative", where=label, got=factor, expected=">= 0"))
+    positive_scale(state, index, label)
     values = mi.traverse(build_picture(state, index, label))
     # Mitsuba stores the last column before the first, and the first behind the last.
     texels = np.array(values["data"])[:, 1:-1]
     coefficients = texels[..., :3].clip(-_LARGEST, _LARGEST)
     return np.ascontiguousarray(coefficients, np.float32), np.ascontiguousarray(texels[..., 3], np.float32)
+
+
+def positive_scale(state: Any, index: int, label: str) -> float:
+    """What a light multiplies its picture with, 0 or more."""
+    factor = float(state.nodes[index].props.get("scale", 1.0))
+    if factor < 0:
+        raise SceneError(message("a light is negative", where=label, got=factor, expected=">= 0"))
+    return factor
 
 
 def _grey(values: NDArray[np.floating]) -> NDArray[np.float32]:
