@@ -227,10 +227,10 @@ class TestBadInput:
     @pytest.mark.parametrize(
         ("spoil", "says"),
         [
-            (damaged, ("is damaged", "where: box.paths")),
+            (damaged, ("is damaged", "where:", "box.paths")),
             (of_another_version, ("of another version", "got: version 99", "expected: version 1")),
             (flipped, ("are damaged", "a checksum is wrong", "fix: trace the scene again")),
-            (Path.unlink, ("there is no such file", "where: box.paths")),
+            (Path.unlink, ("there is no such file", "where:", "box.paths")),
             (lambda box: box.write_text(GOOD), ("holds no light paths", "expected: a file written by")),
         ],
     )

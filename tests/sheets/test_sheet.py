@@ -170,12 +170,12 @@ def test_what_it_says(paths: LightPaths) -> None:
     assert (found.attrs["spp"], found.attrs["scene"], found.attrs["exposure"]) == (4, "cornell-box", "same")
 
 
-def test_steps_of_ten_nanometres_unless_others_are_asked_for() -> None:
-    paths = fluorspar.trace("cornell-box", size=(4, 4), spp=1, wavelengths="400:705:5")
-    assert sheet(paths, lights={"light": ["D65"]}).attrs["wavelengths"] == "400-700 nm by 10"
-    assert (
-        sheet(paths, lights={"light": ["D65"]}, wavelengths=GRID).attrs["wavelengths"] == "400-700 nm by 20"
-    )
+def test_another_grid(paths: LightPaths) -> None:
+    found = sheet(paths, lights={"light": ["D65"]}, wavelengths="400:700:50")
+    assert found.attrs["wavelengths"] == "400-700 nm by 50"
+    lit = [name for name in fluorspar.COMPONENTS if name != "source"]
+    expected = paths.image(lights={"light": "D65"}, wavelengths="400:700:50").xyz(lit).mean(("y", "x"))
+    np.testing.assert_allclose(found.XYZ[0, 0], expected, rtol=1e-5)
 
 
 def test_a_scene_is_traced_first(paths: LightPaths) -> None:

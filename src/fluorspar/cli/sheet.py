@@ -10,6 +10,7 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.changes import (
+    GridOption,
     PathsArgument,
     SameLuminanceOption,
     concentration_of,
@@ -96,12 +97,7 @@ def sheet(
             help="One exposure for all pictures, each its own, or a factor in m2/cd.",
         ),
     ] = "same",
-    wavelengths: Annotated[
-        str | None,
-        typer.Option(
-            metavar="START:STOP:STEP", help="Wavelength grid in nm. [default: as traced, in steps of 10 nm]"
-        ),
-    ] = None,
+    wavelengths: GridOption = None,
     threads: ThreadsOption = None,
     yes: Annotated[
         bool, typer.Option("--yes", help="Compute more than 64 combinations without asking.")

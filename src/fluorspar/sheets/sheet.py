@@ -39,7 +39,7 @@ from fluorspar.spectral.wavelengths import Wavelengths
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["MOST", "coarse", "sheet"]
+__all__ = ["MOST", "sheet"]
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,6 @@ MOST = 64
 WHOLE = "whole picture"
 """Name of the one point of a sheet without points."""
 
-_STEP = 10.0  # nm
 _GLOWING = ("luminescent", "reexcitation")
 
 
@@ -91,7 +90,7 @@ def sheet(
         `"same"`: one for all pictures, at which the brightest is well exposed; `"each"`: each its own; or a factor on
         luminance, m2/cd.
     wavelengths : Wavelengths, str or array_like of shape (N,), optional
-        Grid in nm, see `fluorspar.render`; default: that of the paths in steps of 10 nm or more.
+        Grid in nm, see `fluorspar.render`; default: as traced.
     most : int
         How many combinations to compute at the most.
     progress : callable or bool, optional
@@ -142,7 +141,7 @@ def sheet(
         expected = "same, each, or a positive number"
         raise OptionError(message("there is no such exposure", got=repr(exposure), expected=expected))
     kept = _paths_of(paths)
-    grid = coarse(kept.job.grid) if wavelengths is None else read_grid(wavelengths)
+    grid = kept.job.grid if wavelengths is None else read_grid(wavelengths)
     of_light = {"same_luminance": same_luminance, "library": library}
     for axis in axes:
         for setting in axis.settings:
@@ -150,21 +149,6 @@ def sheet(
     meter = None if points is None else _Meter.of(points, kept, scene, aperture)
     images = _images(kept, axes, shown(progress), wavelengths=grid, threads=threads, **of_light)
     return _dataset(axes, kept, _reduced(images, axes, kept, meter), meter, grid, white, exposure)
-
-
-def coarse(grid: Wavelengths) -> Wavelengths:
-    """The default grid of a sheet: from the first wavelength of a grid on in steps of 10 nm, or in its own if wider.
-
-    Examples
-    --------
-    >>> coarse(Wavelengths(360, 700, 5)), coarse(Wavelengths(400, 700, 20))
-    (Wavelengths(start=360.0, stop=700.0, step=10.0), Wavelengths(start=400.0, stop=700.0, step=20.0))
-    """
-    values = grid.values
-    steps = int((values[-1] - values[0]) // _STEP)
-    if len(values) < 2 or steps < 1 or np.diff(values).min() >= _STEP:
-        return grid
-    return Wavelengths(float(values[0]), float(values[0]) + steps * _STEP, _STEP)
 
 
 @dataclass(frozen=True)
