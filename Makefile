@@ -6,7 +6,10 @@ READY := $(VENV)/.ready
 
 LOWEST := out/lowest
 
-.PHONY: render test test-browser test-lowest fuzz lint types bench clean
+.PHONY: render view test test-browser test-lowest fuzz lint types bench clean
+
+view: $(READY)
+	$(BIN)/fluorspar view cornell-box --size 256x256 --spp 64
 
 render: $(READY)
 	mkdir -p out
@@ -16,11 +19,11 @@ test: lint types
 	$(BIN)/python -m pytest --quiet --doctest-modules src
 	$(BIN)/python -m pytest
 
-# Opens the report of a comparison in a headless browser; on Debian, as root, it installs one.
+# Opens the report of a comparison and the window in a headless browser; on Debian, as root, it installs one.
 test-browser: $(READY)
 	command -v chromium >/dev/null || command -v google-chrome >/dev/null || test -n "$$CHROMIUM" || test "$$(id -u)" != 0 || \
 		{ apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
-	$(BIN)/python -m pytest -m browser tests/figures
+	$(BIN)/python -m pytest -m browser tests/figures tests/view
 
 # The oldest versions that are allowed, and the source distribution: its own tests on the package made of it. Parts of
 # the suite that touch every dependency; all of it would take as long again as 'make test'.
@@ -31,9 +34,9 @@ test-lowest:
 	$(LOWEST)/venv/bin/python -m build --sdist --outdir $(LOWEST) . >$(LOWEST)/build.log
 	tar --extract --gzip --strip-components 1 --file $(LOWEST)/fluorspar-*.tar.gz --directory $(LOWEST)
 	$(LOWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints-lowest.txt \
-		$(LOWEST) pytest hypothesis openimageio
+		'$(LOWEST)[view]' pytest hypothesis httpx openimageio
 	cd $(LOWEST) && venv/bin/python -m pytest --quiet tests/test_layers.py tests/test_bounds.py tests/test_docs.py tests/colour \
-		tests/spectral tests/image tests/measuring tests/figures tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
+		tests/spectral tests/image tests/measuring tests/figures tests/view tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
 		tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
 
 # Two minutes of damaged scenes, tables and images; see docs/reliability.md.

@@ -33,6 +33,7 @@ LAYERS = [
     "comparing",
     "figures",
     "sheets",
+    "view",
     "cli",
     "__main__",
 ]

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["curve", "facts_table", "patch"]
+__all__ = ["curve", "explore", "facts_table", "patch"]
 
+_WINDOW = (
+    "fluorspar.view.frame"  # above all that can be looked at: imported by name, and when it is asked for
+)
 _WIDTH, _HEIGHT = 240, 90
 
 
@@ -62,3 +67,8 @@ def patch(rgb: ArrayLike) -> str:
     """
     red, green, blue = (round(255 * float(value)) for value in np.asarray(rgb))
     return f"<div style='width:5em;height:5em;background:rgb({red},{green},{blue})'></div>"
+
+
+def explore(shown: object, **options: Any) -> Any:
+    """Open the window of `fluorspar view` on an object, in a frame; see `fluorspar.view.frame.frame`."""
+    return import_module(_WINDOW).frame(shown, **options)

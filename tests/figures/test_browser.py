@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import subprocess
 
 import numpy as np
@@ -11,6 +9,7 @@ import pytest
 from PIL import Image
 from report_parts import Report
 
+from devtools import chromium
 from fluorspar.figures.report import write_report
 
 pytestmark = pytest.mark.browser
@@ -20,10 +19,7 @@ WIDTH, HEIGHT = 1200, 3000
 
 @pytest.fixture(scope="module")
 def browser():
-    names = ("chromium", "chromium-browser", "google-chrome")
-    found = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, names)), None)
-    assert found, "no Chromium: 'make test-browser' installs it, as root on Debian; or set CHROMIUM"
-    return found
+    return chromium()
 
 
 def run(browser, folder, *options):

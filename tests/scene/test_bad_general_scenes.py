@@ -126,6 +126,22 @@ def test_a_wide_picture(tmp_path):
     assert scene.lobes.textures[0].width == 16384
 
 
+def test_many_texels_on_metal(tmp_path, monkeypatch):
+    """Each has a row for each angle, and a log holds only so many rows."""
+    monkeypatch.setattr("fluorspar.scene.lobes.reader._MOST_ROWS", 2000)
+    bitmaps = []
+    for width in (2, 10):
+        (folder := tmp_path / str(width)).mkdir()
+        bitmaps.append(picture(folder, np.full((4, width, 3), 100, np.uint8)))
+    few, many = bitmaps
+    load_scene(scene_with(textured(many)))
+    metal = {"type": "conductor", "specular_reflectance": {"type": "bitmap", "filename": few}}
+    load_scene(scene_with(metal))
+    metal["specular_reflectance"]["filename"] = many
+    with pytest.raises(SceneError, match="texture on metal are too large"):
+        load_scene(scene_with(metal))
+
+
 def test_a_sky_of_one_texel_or_of_none(tmp_path):
     bright = picture(tmp_path, np.full((1, 1, 3), 2.0, np.float32))
     sky = load_scene(scene_with(GREY, {"type": "envmap", "filename": bright})).lobes.skies

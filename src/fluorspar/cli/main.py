@@ -26,6 +26,7 @@ from fluorspar.cli.sheet import sheet
 from fluorspar.cli.shown_warnings import ShownWarnings
 from fluorspar.cli.signals import Signals
 from fluorspar.cli.trace import trace
+from fluorspar.cli.view import view
 from fluorspar.errors import FluorsparError, FluorsparWarning, message
 from fluorspar.version import __version__
 
@@ -71,6 +72,7 @@ app.command(short_help="Show combinations of lights and materials side by side."
 app.command(short_help="Compare the spectra of two images or tables.")(compare)
 app.command()(convert)
 app.command(short_help="Measure the spectra of points of an image.")(measure)
+app.command(short_help="Open a window on images, light paths and scenes.")(view)
 app.command()(info)
 app.command()(scenes)
 app.add_typer(materials, name="materials", short_help="The library, measured matrices, fits, dyes, colours.")

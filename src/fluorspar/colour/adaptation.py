@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["adapt_to_d65"]
+__all__ = ["adapt_to_d65", "is_adaptable"]
 
 Array = NDArray[np.float64]
 
@@ -35,3 +35,14 @@ def adapt_to_d65(xyz: Array, white: Array) -> Array:
     gains = (_BRADFORD @ _D65) / (_BRADFORD @ (white / white[1]))
     transform = np.linalg.inv(_BRADFORD) @ (gains[:, None] * _BRADFORD)
     return np.asarray(xyz @ transform.T)
+
+
+def is_adaptable(white: Array) -> bool:
+    """Whether every cone sees something of a white, as the transform needs: not of a light of one wavelength.
+
+    Examples
+    --------
+    >>> is_adaptable(np.array([109.85, 100.0, 35.58])), is_adaptable(np.array([0.03, 1.0, 0.0]))
+    (True, False)
+    """
+    return bool((white[1] > 0) and (_BRADFORD @ white > 0).all())

@@ -25,6 +25,7 @@ from fluorspar.image.dataset import (
     variable_attrs,
 )
 from fluorspar.image.units import is_radiance
+from fluorspar.notebook import explore
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -446,6 +447,36 @@ class SpectralImage:
             total += component
         attrs = variable_attrs("radiance", pixel.attrs)
         return pixel.assign(total=("wavelength", total, attrs | {"long_name": f"total {attrs['long_name']}"}))
+
+    def explore(self, *, height: int = 720, port: int = 0) -> Any:
+        """Open the window of `fluorspar view` on the image; a notebook shows it in a frame.
+
+        Parameters
+        ----------
+        height : int
+            Of the frame, in pixels.
+        port : int
+            Of the server, which is in the background; 0: any that is free.
+
+        Returns
+        -------
+        Frame
+            Its `address` is for a browser on this computer; `close()` ends the server.
+
+        Raises
+        ------
+        FluorsparError
+            If the server's packages are missing: `pip install "fluorspar[view]"`.
+
+        Examples
+        --------
+        >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
+        >>> window = image.explore()
+        >>> window.address.startswith("http://127.0.0.1:")
+        True
+        >>> window.close()
+        """
+        return explore(self, height=height, port=port)
 
     def _sum(self, group: str) -> xr.DataArray:
         import xarray as xr

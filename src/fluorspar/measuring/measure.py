@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from fluorspar.errors import ApproximationWarning, FluorsparWarning, ImageError, message
 from fluorspar.files.names import text_of
 from fluorspar.image.components import select
-from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, unit_of_image
 from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
-from fluorspar.measuring.error_freedom import combined_freedom, error_freedom
 from fluorspar.measuring.image_scene import given_scene, scene_of
+from fluorspar.measuring.mean_spectrum import mean_spectrum
 from fluorspar.measuring.options import text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point, pixels_of, points_of
@@ -184,24 +183,15 @@ def _means(
     component: str | None,
 ) -> tuple[Array, Array | None, Array | None]:
     """Mean radiance under the aperture (P, N), its standard error (P, N) and the error's degrees of freedom (P,)."""
-    components, layer = select(component, image.components), error_layer(image, component)
-    radiance = np.empty((len(points), len(image.wavelengths)))
-    error, freedom = np.empty_like(radiance), np.empty(len(points))
-    for p, (point, pixel) in enumerate(zip(points, pixels, strict=True)):
+    means = []
+    for point, pixel in zip(points, pixels, strict=True):
         rows, columns, weights = coverage(pixel, aperture, image.size, camera_matrix)
-        part = image.dataset.isel(y=rows, x=columns)
-        radiance[p] = np.einsum("yx,yxn->n", weights, add_up(part, components), dtype=np.float64)
-        if not np.isfinite(radiance[p]).all():
-            raise ImageError(
-                message("a pixel that is to be measured was not rendered", where=f"point {point.name}")
-            )
-        if layer is not None:
-            errors = values_of(part, layer[0], component=layer[1]).astype(np.float64)
-            error[p] = np.sqrt(np.einsum("yx,yxn->n", weights**2, errors**2))
-            variances = np.square(weights * errors.mean(axis=-1))
-            freedom[p] = combined_freedom(variances.sum(), np.sum(variances**2) / error_freedom(image))
+        part = SpectralImage(image.dataset.isel(y=rows, x=columns))
+        means.append(mean_spectrum(part, weights, component, f"point {point.name}"))
         radius = radius_in_pixels(pixel, aperture, camera_matrix)
         if (pixel < radius - 0.01).any() or (pixel + radius > np.array(image.size) + 0.01).any():
             text = f"the aperture at point {point.name} reaches beyond the image: only the part inside is measured"
             warnings.warn(text, ApproximationWarning, stacklevel=3)
-    return (radiance, error, freedom) if layer is not None else (radiance, None, None)
+    radiance, errors, freedom = zip(*means, strict=True)
+    known = [error for error in errors if error is not None]
+    return np.stack(radiance), np.stack(known) if known else None, np.array(freedom) if known else None

@@ -18,8 +18,10 @@ from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparWarning, OptionError, message
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
+from fluorspar.notebook import explore
 from fluorspar.paths.chunks import trace_chunks
-from fluorspar.paths.log import SURVIVAL, Chunk
+from fluorspar.paths.first_samples import first_samples
+from fluorspar.paths.log import SURVIVAL, Chunk, lanes_per_pixel
 from fluorspar.paths.numbering import count_rows, rows_shown
 from fluorspar.paths.packed import PackedChunk, pack, unpack
 from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
@@ -52,7 +54,9 @@ class LightPaths:
 
     job: RenderJob
     chunks: Sequence[PackedChunk]
-    _held: dict[bytes, list[Chunk]] = field(default_factory=dict, init=False)
+    _held: dict[int, tuple[bytes, list[Chunk]]] = field(
+        default_factory=dict, init=False
+    )  # by samples per pixel
 
     def __reduce__(self) -> tuple[Any, ...]:
         if isinstance(self.chunks, PathsInFile):
@@ -106,6 +110,7 @@ class LightPaths:
         stokes: Stokes | None = None,
         excitation: str | None = None,
         component_errors: bool | None = None,
+        samples: int | None = None,
         threads: int | None = None,
         output: str | os.PathLike[str] | None = None,
         progress: Progress | bool | None = None,
@@ -132,6 +137,8 @@ class LightPaths:
             not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band.
         stokes, excitation, component_errors, threads, output, progress : optional
             See `fluorspar.render`; default: as traced.
+        samples : int, optional
+            Sweep only so many samples of each pixel, for a quick look, at least one of 64 traced ones; default: all.
 
         Returns
         -------
@@ -174,6 +181,9 @@ class LightPaths:
         said = {
             what: {key: in_words(value) for key, value in of.items()} for what, of in changes.items() if of
         }
+        if samples is not None:
+            traced = self.job.scene.settings.spp
+            scene = scene.with_settings(spp=min(max(samples, lanes_per_pixel(traced)), traced))
         if same_luminance and lights:
             said["same_luminance"] = {"lights": "yes"}
         job = replace(
@@ -221,6 +231,10 @@ class LightPaths:
             for name in dark
         }
 
+    def explore(self, *, height: int = 720, port: int = 0) -> Any:
+        """Open the window of `fluorspar view` on the paths, as `SpectralImage.explore` does."""
+        return explore(self, height=height, port=port)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the paths to a file, by custom `.paths`: HDF5, with everything that images are made of.
 
@@ -246,21 +260,27 @@ class LightPaths:
         """Go through the chunks, with the rows of the scene of a job; keep them for the next image if they are few."""
         row_of, beyond = rows_shown(self.job.scene, job.scene)
         key = row_of.tobytes() + str(beyond).encode()
-        if key in self._held:
-            yield from self._held[key]
-            return
+        traced, spp = self.job.scene.settings.spp, job.scene.settings.spp
+        for samples in (traced, spp):
+            shown_as, chunks = self._held.get(samples, (b"", []))
+            if shown_as == key:
+                yield from chunks
+                return
         held: list[Chunk] | None = []
         with ThreadPoolExecutor(job.threads or usable_cores()) as pool:
             for packed in self.chunks:
                 chunk = unpack(packed, row_of, beyond, pool)
+                if spp < traced:
+                    chunk = first_samples(chunk, spp)
                 if held is not None:
                     held.append(chunk)
                     if sum(each.log.nbytes for each in held) > _HELD:
                         held = None
                 yield chunk
         if held is not None:
-            self._held.clear()
-            self._held[key] = held
+            for other in self._held.keys() - {traced}:
+                del self._held[other]
+            self._held[spp] = key, held
 
 
 def load_paths(path: str | os.PathLike[str]) -> LightPaths:

@@ -36,7 +36,7 @@ def render_chunks(
     chunks : iterable of Chunk
         Light paths of `job.scene`, pixel after pixel.
     job : RenderJob
-        Grid, Stokes rule, errors and attributes of the image.
+        Grid, samples, Stokes rule, errors and attributes of the image.
     output : path-like, optional
         A `.nc` file to stream the image to.
     progress : callable, optional
@@ -56,7 +56,7 @@ def render_chunks(
         tables = _tables(job)
         try:
             for chunk in chunks:
-                sweep(chunk, tables, pool, *target.room(chunk.first_pixel, chunk.pixels))
+                sweep(chunk, tables, pool, *target.room(chunk.first_pixel, chunk.pixels), settings.spp)
                 target.keep(chunk.first_pixel, chunk.pixels)
                 del chunk  # its log goes before the next one comes
                 if progress:

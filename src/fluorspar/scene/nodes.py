@@ -310,6 +310,8 @@ def build(state: Any, index: int = 0) -> Any:
             )
         ) from err
     finally:
+        if mi.variant().startswith(("llvm", "cuda")):
+            dr.sync_thread()
         dr.set_thread_count(threads)
     return built[0] if isinstance(built, list) else built
 

@@ -78,8 +78,10 @@ def write_png(
         temporary.write_bytes(png_bytes(shown.bytes))
 
 
-def png_bytes(rgb: NDArray[np.uint8]) -> bytes:
+def png_bytes(rgb: NDArray[np.uint8], effort: int = -1) -> bytes:
     """Encode sRGB, an ndarray of shape (Y, X, 3), as PNG with the sRGB profile.
+
+    The effort is that of packing, from 0 to 9, or -1 for the usual one.
 
     Examples
     --------
@@ -89,7 +91,7 @@ def png_bytes(rgb: NDArray[np.uint8]) -> bytes:
     from PIL import Image
 
     stream = io.BytesIO()
-    Image.fromarray(rgb).save(stream, "PNG", icc_profile=_srgb_profile())
+    Image.fromarray(rgb).save(stream, "PNG", icc_profile=_srgb_profile(), compress_level=effort)
     return stream.getvalue()
 
 

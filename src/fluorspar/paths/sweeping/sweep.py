@@ -39,7 +39,12 @@ _ROOM = 8  # material rows of a pixel that there is room for at first
 
 
 def sweep(
-    chunk: Chunk, tables: SpectralTables | LobeTables, pool: Executor, out: Pixels, at: int = 0
+    chunk: Chunk,
+    tables: SpectralTables | LobeTables,
+    pool: Executor,
+    out: Pixels,
+    at: int = 0,
+    samples: int | None = None,
 ) -> None:
     """Compute the spectra of all components of the pixels of a chunk.
 
@@ -56,6 +61,8 @@ def sweep(
         estimated if there is room for them.
     at : int
         Pixel of `out` that the first one of the chunk becomes.
+    samples : int, optional
+        Only so many of the samples of each pixel are swept, the first ones of each lane, at least one a lane.
     """
     log, component_errors = chunk.log, out.component_standard_error is not None
     one_light = len(log.direct_light) == 0
@@ -73,12 +80,13 @@ def sweep(
     errors = out.component_standard_error if component_errors else out.radiance[:, :0]
 
     def run(first: int, stop: int) -> None:
-        samples = chunk.spp, lanes_per_pixel(chunk.spp), batch_count(chunk.spp)
+        swept = min(samples or chunk.spp, chunk.spp)
+        counts = swept, lanes_per_pixel(chunk.spp), batch_count(swept)
         room = _ROOM
         while first < stop:
             scratch: Any = scratch_for(room)
             first = kernel(
-                first, stop, *samples, flat, tables, out.radiance, out.standard_error, errors, at, scratch
+                first, stop, *counts, flat, tables, out.radiance, out.standard_error, errors, at, scratch
             )
             room *= 2  # for a pixel that sees more rows, or a path that is longer
 

@@ -62,10 +62,12 @@ class LobeReader(LobeTable):
         first, colours = len(self.rows), sum(map(len, self.colours))
         edits = tuple(Edit(node, values, plugin) for node, (plugin, values) in self.edits.items())
         check_probes(self.state, edits, self._bsdfs)
-        if first + (1 + ANGLES) * colours > _MOST_ROWS:
+        sides = [side for both in self.of_surface.values() for side in both]
+        on_metal = any(lobe.angles and self.is_colour(lobe) for side in sides for lobe in side)
+        if on_metal and first + (1 + ANGLES) * colours > _MOST_ROWS:
             raise SceneError(
                 message(
-                    "the textures of the scene are too large",
+                    "the textures of a scene with a texture on metal are too large",
                     got=f"{colours} texels",
                     expected=f"at most {_MOST_ROWS // (1 + ANGLES)} in all",
                     fix="make the largest pictures smaller",

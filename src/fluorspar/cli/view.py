@@ -1,0 +1,78 @@
+"""`fluorspar view`: a window in the browser on images, light paths and scenes."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fluorspar.cli import console
+from fluorspar.cli.options import LibraryOption, pairs, size_of
+from fluorspar.image.formats.registry import SUFFIXES
+
+__all__ = ["view"]
+
+_EXAMPLES = """Examples:
+
+  fluorspar view cornell-box --size 256x256 --spp 16
+
+  fluorspar view measured.exr render.nc
+"""
+
+
+def view(
+    what: Annotated[
+        list[str],
+        typer.Argument(
+            help=f"Images ({', '.join(SUFFIXES)}), light paths (.paths), scenes, which are traced first."
+        ),
+    ],
+    host: Annotated[
+        str, typer.Option(help="Address to listen at; another than this lets others in.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Port; 0: any that is free.")] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the address.")] = False,
+    library: LibraryOption = None,
+    spp: Annotated[
+        int | None, typer.Option(help="Of scenes: samples per pixel. [default: the scene's]")
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option(metavar="WxH", help="Of scenes: size in pixels. [default: the scene's]")
+    ] = None,
+    wavelengths: Annotated[
+        str, typer.Option(metavar="START:STOP:STEP", help="Of scenes: wavelength grid in nm.")
+    ] = "360:700:5",
+    define: Annotated[
+        list[str] | None,
+        typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in a scene file. May be repeated."),
+    ] = None,
+) -> None:
+    """Open a window on images, light paths and scenes: components, spectra, and other lamps and dyes."""
+    import webbrowser
+
+    from fluorspar.view.extra import check_extra
+
+    check_extra()
+    from fluorspar.view.opening import opened
+    from fluorspar.view.security import LOOPBACK
+    from fluorspar.view.server import Server
+    from fluorspar.view.supplies import Supplies
+    from fluorspar.view.workspace import Workspace
+
+    supplies = Supplies(tuple(library or ()))
+    options = {"spp": spp, "size": size_of(size), "wavelengths": wavelengths}
+    sources = opened(what, supplies, pairs(define or [], "-D"), **options)
+    with Server(Workspace(sources, supplies), host=host, port=port) as server:
+        console.out.print(server.address, markup=False, highlight=False)
+        if host not in LOOPBACK:
+            console.warning("whoever knows this address can look, and what is sent is not encrypted")
+        console.note("Ctrl-C closes it")
+        if not no_browser:
+            webbrowser.open(server.address)
+        try:
+            server.wait()
+        except KeyboardInterrupt:
+            console.note("closed")
+
+
+view.__doc__ = f"{view.__doc__}\n\n{_EXAMPLES}"
