@@ -32,6 +32,7 @@ LAYERS = [
     "measuring",
     "comparing",
     "figures",
+    "sheets",
     "view",
     "cli",
     "__main__",

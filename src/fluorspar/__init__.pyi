@@ -25,6 +25,7 @@ from .rendering import trace as trace
 from .scene.loading import load_scene as load_scene
 from .scene.plugin import register_plugins as register_plugins
 from .scene.scene import Scene as Scene
+from .sheets.sheet import sheet as sheet
 from .spectral.illuminants import illuminant as illuminant
 from .spectral.illuminants import illuminants as illuminants
 from .spectral.spectrum import Spectrum as Spectrum

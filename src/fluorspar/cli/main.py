@@ -19,10 +19,13 @@ from fluorspar.cli.doctor import doctor
 from fluorspar.cli.info import info
 from fluorspar.cli.materials import materials
 from fluorspar.cli.measure import measure
+from fluorspar.cli.relight import relight
 from fluorspar.cli.render import render
 from fluorspar.cli.scenes import scenes
+from fluorspar.cli.sheet import sheet
 from fluorspar.cli.shown_warnings import ShownWarnings
 from fluorspar.cli.signals import Signals
+from fluorspar.cli.trace import trace
 from fluorspar.cli.view import view
 from fluorspar.errors import FluorsparError, FluorsparWarning, message
 from fluorspar.version import __version__
@@ -63,6 +66,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command()(render)
+app.command()(trace)
+app.command(short_help="Compute an image of light paths, with other lights and materials.")(relight)
+app.command(short_help="Show combinations of lights and materials side by side.")(sheet)
 app.command(short_help="Compare the spectra of two images or tables.")(compare)
 app.command()(convert)
 app.command(short_help="Measure the spectra of points of an image.")(measure)

@@ -1,10 +1,10 @@
-"""What is given to a command as text, read: pairs, sizes, whites, limits, scenes, options of the staged method."""
+"""Options that several commands have, and what is given as text, read: pairs, sizes, whites, limits, scenes."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
@@ -13,6 +13,7 @@ import typer
 from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.bispectral.library import ENVIRONMENT
 from fluorspar.errors import OptionError, message
+from fluorspar.image.formats.registry import SUFFIXES_WRITTEN as IMAGES_WRITTEN
 
 if TYPE_CHECKING:
     from fluorspar.scene.scene import Scene
@@ -21,13 +22,17 @@ if TYPE_CHECKING:
 __all__ = [
     "ApertureOption",
     "CameraOption",
+    "ComponentErrorsOption",
     "DefineOption",
     "ExcitationOption",
+    "ImagesOption",
     "LibraryOption",
     "ObserverOption",
+    "PicturesOption",
+    "StokesOption",
+    "ThreadsOption",
     "limits_of",
     "material_files",
-    "mesh_parameter",
     "pairs",
     "scene_named",
     "size_of",
@@ -79,6 +84,34 @@ DefineOption: TypeAlias = Annotated[
     typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in the file of --scene. May be repeated."),
 ]
 
+ImagesOption: TypeAlias = Annotated[
+    list[Path],
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help=f"File to write; the suffix picks the format: {', '.join(IMAGES_WRITTEN)}. May be repeated.",
+    ),
+]
+
+StokesOption: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="half|strict",
+        help="half: excitation at the emission wavelength counts half; strict: not at all.",
+    ),
+]
+
+ComponentErrorsOption: TypeAlias = Annotated[
+    bool, typer.Option("--component-errors", help="A standard error for each component too.")
+]
+
+PicturesOption: TypeAlias = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Also write a PNG of every component into this folder.")
+]
+
+ThreadsOption: TypeAlias = Annotated[int | None, typer.Option(help="Threads to use. [default: all cores]")]
+
 
 def size_of(text: str | None) -> tuple[int, int] | None:
     """Read `WIDTHxHEIGHT`.
@@ -111,13 +144,16 @@ def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
     >>> pairs(["left-wall=poster-red"], "--material")
     {'left-wall': 'poster-red'}
     """
-    read = {}
+    read: dict[str, str] = {}
     for text in texts:
         key, separator, value = text.partition("=")
         if not (key and separator and value):
             raise OptionError(
                 message("an option is not readable", where=option, got=text, expected="KEY=VALUE")
             )
+        if key in read:
+            got = f"{key}={read[key]} and {text}"
+            raise OptionError(message("a key is given twice", where=option, got=got, fix="give it once"))
         read[key] = value
     return read
 
@@ -261,29 +297,3 @@ def staged_options(method: str, **given: Any) -> StagedOptions | None:
     from fluorspar.staged.options import StagedOptions
 
     return StagedOptions(**options)
-
-
-def mesh_parameter(scene: str, mesh: Path | None, defined: Mapping[str, str]) -> dict[str, str]:
-    """The parameter that `--mesh` gives to the scene `cornell-mesh`.
-
-    Raises
-    ------
-    OptionError
-        If it is given for another scene, or `-D mesh=` as well.
-    """
-    if mesh is None:
-        return {}
-    if "mesh" in defined:
-        fault, got = "the mesh is given twice", f"--mesh {mesh} and -D mesh={defined['mesh']}"
-        raise OptionError(message(fault, where="--mesh", got=got, fix="leave one of them out"))
-    if scene != "cornell-mesh":
-        raise OptionError(
-            message(
-                "--mesh puts a mesh into the built-in scene cornell-mesh",
-                where="--mesh",
-                got=f"scene '{scene}'",
-                expected="cornell-mesh",
-                fix="render cornell-mesh; for a $mesh in a scene file of yours, use -D mesh=FILE",
-            )
-        )
-    return {"mesh": str(mesh)}

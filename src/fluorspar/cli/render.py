@@ -11,16 +11,33 @@ import typer
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
 from fluorspar.cli.options import (
+    ComponentErrorsOption,
     ExcitationOption,
+    ImagesOption,
     LibraryOption,
-    mesh_parameter,
-    pairs,
+    PicturesOption,
+    StokesOption,
+    ThreadsOption,
     size_of,
     staged_options,
 )
 from fluorspar.cli.outputs import print_timings
-from fluorspar.image.formats.registry import SUFFIXES_WRITTEN
-from fluorspar.scene.objects.mesh_file import FORMATS as MESHES
+from fluorspar.cli.scene_options import (
+    MaterialOption,
+    MatteOption,
+    MaxDepthOption,
+    MeshOption,
+    RrDepthOption,
+    SceneArgument,
+    SceneDefineOption,
+    SeedOption,
+    SensorOption,
+    SizeOption,
+    SppOption,
+    VariantOption,
+    WavelengthsOption,
+    scene_to_trace,
+)
 
 __all__ = ["render"]
 
@@ -35,29 +52,12 @@ _EXAMPLES = """Examples:
 
 
 def render(
-    scene: Annotated[
-        str,
-        typer.Argument(
-            help="A Mitsuba 3 scene file (.xml) or the name of a built-in scene, see 'fluorspar scenes'."
-        ),
-    ],
-    output: Annotated[
-        list[Path],
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help=f"File to write; the suffix picks the format: {', '.join(SUFFIXES_WRITTEN)}. May be repeated.",
-        ),
-    ],
-    spp: Annotated[int | None, typer.Option(help="Samples per pixel. [default: the scene's]")] = None,
-    seed: Annotated[int, typer.Option(help="Same seed, same image, bit for bit.")] = 0,
-    size: Annotated[
-        str | None, typer.Option(metavar="WxH", help="Size in pixels. [default: the scene's]")
-    ] = None,
-    wavelengths: Annotated[
-        str, typer.Option(metavar="START:STOP:STEP", help="Wavelength grid in nm.")
-    ] = "360:700:5",
+    scene: SceneArgument,
+    output: ImagesOption,
+    spp: SppOption = None,
+    seed: SeedOption = 0,
+    size: SizeOption = None,
+    wavelengths: WavelengthsOption = "360:700:5",
     excitation: ExcitationOption = "full",
     method: Annotated[
         str,
@@ -66,57 +66,19 @@ def render(
             help="paths: all components, bands and bounces from one pass; staged: the paper's procedure, matte only.",
         ),
     ] = "paths",
-    material: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="ID=NAME", help="Give a surface another material, by shape or BSDF id. May be repeated."
-        ),
-    ] = None,
+    material: MaterialOption = None,
     library: LibraryOption = None,
-    define: Annotated[
-        list[str] | None,
-        typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in the scene file. May be repeated."),
-    ] = None,
-    max_depth: Annotated[
-        int | None,
-        typer.Option(help="As in Mitsuba: 2 is direct light only, -1 unlimited. [default: the scene's]"),
-    ] = None,
-    rr_depth: Annotated[
-        int | None, typer.Option(help="Depth at which Russian roulette begins. [default: the scene's]")
-    ] = None,
-    matte: Annotated[
-        bool,
-        typer.Option(
-            "--matte",
-            help="Render textures, gloss and environment maps as diffuse averages; not needed for what is supported.",
-        ),
-    ] = False,
-    sensor: Annotated[
-        str | None,
-        typer.Option(metavar="N|ID", help="Number, from 0, or id of the sensor. [default: the first]"),
-    ] = None,
-    stokes: Annotated[
-        str,
-        typer.Option(
-            metavar="half|strict",
-            help="half: excitation at the emission wavelength counts half; strict: not at all.",
-        ),
-    ] = "half",
-    component_errors: Annotated[
-        bool, typer.Option("--component-errors", help="A standard error for each component too.")
-    ] = False,
-    pictures: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Also write a PNG of every component into this folder."),
-    ] = None,
-    variant: Annotated[
-        str, typer.Option(metavar="llvm|cuda", help="The processor, or an NVIDIA GPU.")
-    ] = "llvm",
-    threads: Annotated[int | None, typer.Option(help="Threads to use. [default: all cores]")] = None,
-    mesh: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help=f"Mesh to put into cornell-mesh ({', '.join(MESHES)})."),
-    ] = None,
+    define: SceneDefineOption = None,
+    max_depth: MaxDepthOption = None,
+    rr_depth: RrDepthOption = None,
+    matte: MatteOption = False,
+    sensor: SensorOption = None,
+    stokes: StokesOption = "half",
+    component_errors: ComponentErrorsOption = False,
+    pictures: PicturesOption = None,
+    variant: VariantOption = "llvm",
+    threads: ThreadsOption = None,
+    mesh: MeshOption = None,
     emitters: Annotated[
         int | None, typer.Option(help="staged: N x N emitters on a planar surface. [default: 8]")
     ] = None,
@@ -157,10 +119,8 @@ def render(
 ) -> None:
     """Render a scene into a spectral image, split into components."""
     from fluorspar.cli.outputs import write_outputs
-    from fluorspar.cli.targets import check_files, check_pictures, stream_target
-    from fluorspar.image.formats.envi import check_data_target
+    from fluorspar.cli.targets import check_images, stream_target
     from fluorspar.rendering import render as render_scene
-    from fluorspar.scene.loading import load_scene
 
     options = staged_options(
         method,
@@ -174,20 +134,10 @@ def render(
         keep_intermediate=keep_intermediate,
         repeats=repeats,
     )
-    check_files(output, SUFFIXES_WRITTEN, (scene, mesh))
-    for header in (path for path in output if path.suffix.lower() == ".hdr"):
-        check_data_target(header)
-    check_pictures(pictures)
-    defined = pairs(define or [], "-D")
-    loaded = load_scene(
-        scene,
-        materials=pairs(material or [], "--material"),
-        matte=matte,
-        parameters=defined | mesh_parameter(scene, mesh, defined),
-        library=library or [],
-        sensor=sensor,
+    check_images(output, pictures, (scene, mesh))
+    loaded = scene_to_trace(
+        scene, material=material, library=library, define=define, matte=matte, sensor=sensor, mesh=mesh
     )
-    _LOG.info("loaded %s: %d surfaces, %d lights", scene, len(loaded.surfaces), len(loaded.lights))
     with console.progress_bar(f"rendering {scene}") as progress:
         image = render_scene(
             loaded,

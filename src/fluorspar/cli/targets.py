@@ -10,9 +10,12 @@ from fluorspar.bispectral.files.registry import SUFFIXES_WRITTEN
 from fluorspar.errors import OptionError, message
 from fluorspar.figures.style import FORMATS
 from fluorspar.files.writing import check_not_input, check_target
+from fluorspar.image.formats.envi import check_data_target
+from fluorspar.image.formats.registry import SUFFIXES_WRITTEN as IMAGES_WRITTEN
 
 __all__ = [
     "check_files",
+    "check_images",
     "check_material_target",
     "check_pictures",
     "check_plot",
@@ -53,6 +56,24 @@ def check_files(
     if len({os.path.realpath(path) for path in paths}) < len(paths):
         fault, got = "a file is to be written twice", ", ".join(map(str, paths))
         raise OptionError(message(fault, where="--output", got=got, fix="name each file once"))
+
+
+def check_images(outputs: Sequence[Path], pictures: Path | None, inputs: Sequence[str | Path | None]) -> None:
+    """Find out before any work whether the images of `--output` and the pictures can be written.
+
+    Raises
+    ------
+    OptionError, ImageError
+        As `check_files` and `check_pictures`; or if the data file of an ENVI header belongs to another one.
+
+    Examples
+    --------
+    >>> check_images([Path("box.nc"), Path("box.png")], None, ["cornell-box"])
+    """
+    check_files(outputs, IMAGES_WRITTEN, inputs)
+    for header in (path for path in outputs if path.suffix.lower() == ".hdr"):
+        check_data_target(header)
+    check_pictures(pictures)
 
 
 def check_suffix(path: Path, suffixes: Sequence[str], option: str) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from fluorspar.errors import OptionError, message
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.scene.scene import Scene
 
-__all__ = ["given_scene", "scene_of"]
+__all__ = ["built_in_scene", "given_scene", "scene_of"]
 
 
 def given_scene(scene: Scene | str | Path | None) -> Scene | None:
@@ -50,12 +52,23 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
     >>> scene_of(SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())) is None
     True
     """
+    return built_in_scene(image.attrs, required=required)
+
+
+def built_in_scene(attrs: Mapping[str, Any], *, required: bool = False) -> Scene | None:
+    """Load the built-in scene that the attributes of an image, or of the job that makes it, name; see `scene_of`.
+
+    Examples
+    --------
+    >>> built_in_scene({"scene": "cornell-box"}).name
+    'cornell-box'
+    """
     from fluorspar.scene.builtin import BUILTIN
     from fluorspar.scene.loading import load_scene
 
-    name = str(image.attrs.get("scene", ""))
+    name = str(attrs.get("scene", ""))
     if name in BUILTIN:
-        stated = image.attrs.get("parameters")
+        stated = attrs.get("parameters")
         parameters = stated if isinstance(stated, dict) else {}
         mesh = parameters.get("mesh")
         if mesh is not None and not Path(mesh).is_file():

@@ -32,7 +32,7 @@ from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, r
 from fluorspar.scene.variants import usable_cores
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["LightPaths", "load_paths", "trace_job"]
+__all__ = ["LightPaths", "in_words", "load_paths", "trace_job"]
 
 _HELD = 512 * 2**20  # bytes of unpacked paths that are kept for the next image
 
@@ -179,7 +179,7 @@ class LightPaths:
         )
         changes = {"lights": lights, "materials": materials, "concentration": concentration}
         said = {
-            what: {key: _in_words(value) for key, value in of.items()} for what, of in changes.items() if of
+            what: {key: in_words(value) for key, value in of.items()} for what, of in changes.items() if of
         }
         if samples is not None:
             traced = self.job.scene.settings.spp
@@ -361,10 +361,10 @@ def _trace(job: RenderJob, progress: Progress | None, keep: Callable[[PackedChun
             warnings.warn(text, FluorsparWarning, stacklevel=4)
 
 
-def _in_words(given: Any) -> Any:
+def in_words(given: Any) -> Any:
     """What a light, material or concentration was changed to, for the attributes of an image."""
     if isinstance(given, tuple):
-        return " x ".join(str(_in_words(part)) for part in given)
+        return " x ".join(str(in_words(part)) for part in given)
     if isinstance(given, int | float | str):
         return given
     return str(getattr(given, "name", given)) or "a spectrum"

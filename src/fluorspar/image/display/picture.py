@@ -6,7 +6,6 @@ import io
 import os
 import struct
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,16 +18,22 @@ from fluorspar.files.writing import replacing
 from fluorspar.image.components import TOTAL, definition, select
 from fluorspar.image.dataset import decoded_attrs, grid_of, names_of
 from fluorspar.image.display.appearance import appearance, auto_exposure, show, xyz_of
+from fluorspar.image.display.tiles import Tile, draw_tiles
 from fluorspar.image.units import is_radiance
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["contact_sheet", "png_bytes", "thumbnail", "write_pictures", "write_png"]
+__all__ = [
+    "contact_sheet",
+    "png_bytes",
+    "rounded",
+    "thumbnail",
+    "write_pictures",
+    "write_png",
+]
 
 _COLUMNS = 4
-_TILE = (320, 512)  # least and greatest width of a picture on the sheet
-_PAPER, _INK, _FAINT = (24, 24, 27), (244, 244, 245), (161, 161, 170)
 
 
 def write_png(
@@ -195,15 +200,7 @@ def contact_sheet(dataset: xr.Dataset) -> NDArray[np.uint8]:
     return _sheet(dataset, _tiles(dataset))
 
 
-@dataclass(frozen=True)
-class _Tile:
-    name: str
-    label: str
-    note: str
-    picture: NDArray[np.uint8]
-
-
-def _tiles(dataset: xr.Dataset) -> list[_Tile]:
+def _tiles(dataset: xr.Dataset) -> list[Tile]:
     """The pictures of the sheet with their labels, the total first."""
     xyz = {name: xyz_of(dataset, [name]) for name in names_of(dataset)}
     lit = sum((values for name, values in xyz.items() if name != "source"), np.zeros((1, 1, 3)))
@@ -211,55 +208,32 @@ def _tiles(dataset: xr.Dataset) -> list[_Tile]:
     total = lit + xyz.get("source", 0.0)
     whole = np.nansum(total[..., 1])
     unit = " cd/m²" if is_radiance(dataset.attrs) else ", relative"
-    tiles = [
-        _Tile("total", "Total", f"white is {_rounded(1 / reference)}{unit}", show(total, reference).bytes)
-    ]
+    tiles = [Tile("total", "Total", f"white is {rounded(1 / reference)}{unit}", show(total, reference).bytes)]
     for name, values in xyz.items():
         if name == TOTAL:
             continue  # an image that is not split
         share = np.nansum(values[..., 1]) / whole if whole else 0.0
         factor = float(2.0 ** np.floor(np.log2(auto_exposure(values) / reference))) if share > 0 else 1.0
         times = f"× {factor:g}" if factor >= 1 else f"× 1/{1 / factor:g}"
-        note = f"exposure {times},  {_rounded(100 * share)} % of the luminance" if share > 0 else "no light"
+        note = f"exposure {times},  {rounded(100 * share)} % of the luminance" if share > 0 else "no light"
         label = f"{definition(name).number}  {name.replace('_', ' ')}"
-        tiles.append(_Tile(name, label, note, show(values, factor * reference).bytes))
+        tiles.append(Tile(name, label, note, show(values, factor * reference).bytes))
     return tiles
 
 
-def _rounded(value: float) -> str:
-    """Three digits without an exponent, if that is short."""
+def rounded(value: float) -> str:
+    """Three digits without an exponent, if that is short.
+
+    Examples
+    --------
+    >>> rounded(0.12345), rounded(1234.5)
+    ('0.123', '1230')
+    """
     return f"{float(f'{value:.3g}'):g}"
 
 
-def _sheet(dataset: xr.Dataset, tiles: list[_Tile]) -> NDArray[np.uint8]:
-    from matplotlib import get_data_path
-    from PIL import Image, ImageDraw, ImageFont
-
-    width, height = dataset.sizes["x"], dataset.sizes["y"]
-    least, greatest = _TILE
-    zoom = greatest / width if width > greatest else max(1, round(least / width))
-    tile = (round(width * zoom), max(1, round(height * zoom)))
-    unit = max(tile[0] // 24, 14)  # the size of the letters; everything else is a multiple of it
-    gap, caption, title = unit * 3 // 2, unit * 7 // 2, unit * 4
-    rows = -(-len(tiles) // _COLUMNS)
-    canvas = Image.new(
-        "RGB",
-        (gap + _COLUMNS * (tile[0] + gap), title + rows * (tile[1] + caption + gap)),
-        _PAPER,
-    )
-    draw = ImageDraw.Draw(canvas)
-    typeface = Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"  # Pillow's own has no ×
-    large, small = ImageFont.truetype(typeface, unit), ImageFont.truetype(typeface, unit * 4 // 5)
-    draw.text((gap, title // 2), _title(dataset), _INK, large, anchor="lm")
-    for number, shown in enumerate(tiles):
-        row, column = divmod(number, _COLUMNS)
-        left, top = gap + column * (tile[0] + gap), title + row * (tile[1] + caption + gap)
-        smooth = Image.Resampling.LANCZOS if zoom < 1 else Image.Resampling.NEAREST
-        canvas.paste(Image.fromarray(shown.picture).resize(tile, smooth), (left, top))
-        below = top + tile[1]
-        draw.text((left, below + unit), shown.label, _INK, large, anchor="lm")
-        draw.text((left, below + unit * 12 // 5), shown.note, _FAINT, small, anchor="lm")
-    return np.asarray(canvas)
+def _sheet(dataset: xr.Dataset, tiles: list[Tile]) -> NDArray[np.uint8]:
+    return draw_tiles(tiles, _title(dataset), _COLUMNS)
 
 
 def _title(dataset: xr.Dataset) -> str:
@@ -270,4 +244,4 @@ def _title(dataset: xr.Dataset) -> str:
         facts.append(f"{attrs['spp']} samples per pixel")
     if attrs.get("partial"):
         facts.append("unfinished")
-    return "   ·   ".join(fact for fact in facts if fact)
+    return "   ·   ".join(filter(None, facts))

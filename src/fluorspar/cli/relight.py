@@ -1,0 +1,104 @@
+"""`fluorspar relight`: an image of light paths that are kept, with other lights and materials."""
+
+from __future__ import annotations
+
+from typing import Annotated, cast
+
+import typer
+
+from fluorspar.bispectral.donaldson import Stokes
+from fluorspar.cli import console
+from fluorspar.cli.changes import (
+    GridOption,
+    PathsArgument,
+    SameLuminanceOption,
+    TracedExcitationOption,
+    concentration_of,
+    files_named,
+    light_of,
+    settings,
+)
+from fluorspar.cli.options import (
+    ComponentErrorsOption,
+    ImagesOption,
+    LibraryOption,
+    PicturesOption,
+    StokesOption,
+    ThreadsOption,
+    pairs,
+)
+
+__all__ = ["relight"]
+
+_EXAMPLES = """Examples:
+
+  fluorspar relight box.paths --light light=FL11 --material left-wall=poster-green -o new.nc -o new.png
+
+  fluorspar relight box.paths --light light=Ax0.5 --concentration left-wall=0 --wavelengths 300:780:1 -o new.nc"""
+
+
+def relight(
+    paths: PathsArgument,
+    output: ImagesOption,
+    light: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ID=NAME|FILE|FACTOR",
+            help="Give a light another spectrum, or multiply it, or both: ID=NAMExFACTOR, such as lamp=FL11x0.5. By "
+            "the id of the light or of its shape. An illuminant gets the luminance of the light it replaces. "
+            "May be repeated.",
+        ),
+    ] = None,
+    material: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ID=NAME|FILE",
+            help="Give a surface another material, by shape or BSDF id. May be repeated.",
+        ),
+    ] = None,
+    concentration: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ID=FACTOR",
+            help="Multiply the luminescence of a surface, by shape or BSDF id. May be repeated.",
+        ),
+    ] = None,
+    same_luminance: SameLuminanceOption = False,
+    library: LibraryOption = None,
+    wavelengths: GridOption = None,
+    excitation: TracedExcitationOption = None,
+    stokes: StokesOption = "half",
+    component_errors: ComponentErrorsOption = False,
+    pictures: PicturesOption = None,
+    threads: ThreadsOption = None,
+) -> None:
+    """Compute an image of light paths, with other lights, materials and wavelengths; nothing is traced."""
+    from fluorspar.cli.outputs import write_outputs
+    from fluorspar.cli.targets import check_images, stream_target
+    from fluorspar.paths.light_paths import load_paths
+
+    lights = settings(light, "--light", light_of)
+    materials = pairs(material or [], "--material")
+    check_images(output, pictures, (paths, *files_named(lights, materials, library or [])))
+    kept = load_paths(paths)
+    with console.progress_bar(f"relighting {paths.name}") as progress:
+        image = kept.image(
+            lights=lights,
+            materials=materials,
+            concentration=settings(concentration, "--concentration", concentration_of),
+            same_luminance=same_luminance,
+            library=library or [],
+            wavelengths=wavelengths,
+            excitation=excitation,
+            stokes=cast(Stokes, stokes),
+            component_errors=component_errors,
+            threads=threads,
+            output=stream_target(output),
+            progress=progress,
+        )
+    write_outputs(image, output, pictures)
+    if image.attrs.get("partial"):
+        raise typer.Exit(130)  # `main` says 143 after SIGTERM
+
+
+relight.__doc__ = f"{relight.__doc__}\n\n{_EXAMPLES}"

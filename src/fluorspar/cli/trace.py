@@ -1,0 +1,96 @@
+"""`fluorspar trace`: the light paths of a scene, kept in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fluorspar.cli import console
+from fluorspar.cli.options import (
+    ExcitationOption,
+    LibraryOption,
+    ThreadsOption,
+    size_of,
+)
+from fluorspar.cli.scene_options import (
+    MaterialOption,
+    MatteOption,
+    MaxDepthOption,
+    MeshOption,
+    RrDepthOption,
+    SceneArgument,
+    SceneDefineOption,
+    SeedOption,
+    SensorOption,
+    SizeOption,
+    SppOption,
+    VariantOption,
+    WavelengthsOption,
+    scene_to_trace,
+)
+
+__all__ = ["trace"]
+
+_EXAMPLES = """Example:
+
+  fluorspar trace cornell-box --size 256x256 --spp 64 -o box.paths
+
+  fluorspar relight box.paths --light light=FL11 -o box.png"""
+
+
+def trace(
+    scene: SceneArgument,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="File to write, NAME.paths.")
+    ],
+    spp: SppOption = None,
+    seed: SeedOption = 0,
+    size: SizeOption = None,
+    wavelengths: WavelengthsOption = "360:700:5",
+    excitation: ExcitationOption = "full",
+    material: MaterialOption = None,
+    library: LibraryOption = None,
+    define: SceneDefineOption = None,
+    max_depth: MaxDepthOption = None,
+    rr_depth: RrDepthOption = None,
+    matte: MatteOption = False,
+    sensor: SensorOption = None,
+    variant: VariantOption = "llvm",
+    threads: ThreadsOption = None,
+    mesh: MeshOption = None,
+) -> None:
+    """Trace the light paths of a scene and keep them, for 'relight' and 'sheet'."""
+    from fluorspar.cli.outputs import say_written
+    from fluorspar.cli.targets import check_files
+    from fluorspar.paths.paths_file import SUFFIX
+    from fluorspar.rendering import trace as trace_scene
+
+    check_files([output], (SUFFIX,), (scene, mesh))
+    loaded = scene_to_trace(
+        scene, material=material, library=library, define=define, matte=matte, sensor=sensor, mesh=mesh
+    )
+    with console.progress_bar(f"tracing {scene}") as progress:
+        paths = trace_scene(
+            loaded,
+            spp=spp,
+            seed=seed,
+            size=size_of(size),
+            wavelengths=wavelengths,
+            excitation=excitation,
+            max_depth=max_depth,
+            rr_depth=rr_depth,
+            variant=variant,
+            threads=threads,
+            output=output,
+            progress=progress,
+        )
+    console.out.print(str(paths), markup=False, highlight=False)
+    say_written(output)
+    settings = paths.job.scene.settings
+    if paths.pixels < settings.width * settings.height:
+        raise typer.Exit(130)  # `main` says 143 after SIGTERM
+
+
+trace.__doc__ = f"{trace.__doc__}\n\n{_EXAMPLES}"

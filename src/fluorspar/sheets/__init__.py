@@ -1,0 +1,1 @@
+"""Contact sheets: combinations of lights and materials, side by side."""
