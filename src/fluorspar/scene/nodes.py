@@ -293,10 +293,13 @@ def build(state: Any, index: int = 0) -> Any:
     part = copy_nodes(state)
     if index:
         part.nodes[0] = part.nodes[index]
-    threads = dr.thread_count()
-    dr.set_thread_count(1)
+    config, threads = parser_config(mi.variant()), dr.thread_count()
+    alone = mi.variant().startswith("llvm")
+    if alone:
+        config.parallel = False  # with one thread it would wait for itself
+        dr.set_thread_count(1)
     try:
-        built = mi.parser.instantiate(parser_config(mi.variant()), part)
+        built = mi.parser.instantiate(config, part)
     except Exception as err:  # a missing mesh, a value out of range, ...
         node = part.nodes[0]
         where = "the scene" if kind(node) == "Scene" else f"{kind(node).lower()} {label(node, index)}"
@@ -310,9 +313,9 @@ def build(state: Any, index: int = 0) -> Any:
             )
         ) from err
     finally:
-        if mi.variant().startswith(("llvm", "cuda")):
+        if alone:
             dr.sync_thread()
-        dr.set_thread_count(threads)
+            dr.set_thread_count(threads)
     return built[0] if isinstance(built, list) else built
 
 
