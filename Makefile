@@ -39,7 +39,7 @@ test-lowest:
 		tests/spectral tests/image tests/measuring tests/figures tests/view tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
 		tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
 
-# Two minutes of damaged scenes, tables and images; see docs/reliability.md.
+# Two minutes of damaged scenes, tables, images and light paths; see docs/reliability.md.
 fuzz: $(READY)
 	$(BIN)/python tools/fuzz.py --seconds 120
 

@@ -1,4 +1,4 @@
-"""Feed damaged scenes, tables and images to the command line, and see that it answers as it promises.
+"""Feed damaged scenes, tables, images and light paths to the command line, and see that it answers as it promises.
 
     python tools/fuzz.py                           # two minutes, as long for each kind
     python tools/fuzz.py --seconds 600 --seed 7 --most 1000
@@ -109,11 +109,13 @@ def work(seed: int, base: Path) -> None:
 
 
 def prepare(base: Path) -> None:
-    """Render the image that is damaged later, in all formats."""
+    """Render the image that is damaged later, in all formats, and trace its paths."""
     os.chdir(base)
     (base / "base.xml").write_text(SCENES[0])
     outputs = [part for suffix in ("nc", "exr", "hdr") for part in ("-o", f"base.{suffix}")]
     code, text = run_command(["render", "base.xml", "--wavelengths", GRID, *outputs])
+    assert code == 0, text
+    code, text = run_command(["trace", "base.xml", "--wavelengths", GRID, "-o", "base.paths"])
     assert code == 0, text
 
 

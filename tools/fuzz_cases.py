@@ -1,4 +1,4 @@
-"""Damaged inputs for tools/fuzz.py: small scenes, tables and images, and what is done to them."""
+"""Damaged inputs for tools/fuzz.py: small scenes, tables, images and light paths, and what is done to them."""
 
 from __future__ import annotations
 
@@ -184,6 +184,13 @@ def netcdf_case(number: int, random: Random, base: Path) -> Case:
     return _image_case({"image.nc": buffer.getvalue()}, "image.nc", random, base)
 
 
+def paths_case(number: int, random: Random, base: Path) -> Case:
+    """Bytes of a file of light paths are damaged."""
+    data = damaged_bytes((base / "base.paths").read_bytes(), random)
+    relight = ["relight", "kept.paths", "--concentration", "ball=0.5", "--wavelengths", GRID, "-o", "out.nc"]
+    return Case({"kept.paths": data}, [relight])
+
+
 def exr_case(number: int, random: Random, base: Path) -> Case:
     """Bytes of an OpenEXR file are damaged, those of its header as often as the others."""
     data = (base / "base.exr").read_bytes()
@@ -219,6 +226,7 @@ KINDS: dict[str, Callable[[int, Random, Path], Case]] = {
     "netcdf": netcdf_case,
     "exr": exr_case,
     "envi": envi_case,
+    "paths": paths_case,
 }
 
 
