@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from fluorspar.bispectral.donaldson import Stokes
@@ -28,7 +29,8 @@ from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
 from fluorspar.paths.render import render_chunks
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.lights import Light
-from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, relit
+from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, light_ids, relit
+from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import usable_cores
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -134,7 +136,8 @@ class LightPaths:
             Folders with materials of your own, see `fluorspar.load_scene`.
         wavelengths : Wavelengths, str or array_like of shape (N,), optional
             Grid in nm, see `fluorspar.render`; default: that of the job. On another grid the image is as right, but
-            not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band.
+            not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band
+            that is computed. The same holds for another `excitation`.
         stokes, excitation, component_errors, threads, output, progress : optional
             See `fluorspar.render`; default: as traced.
         samples : int, optional
@@ -182,7 +185,11 @@ class LightPaths:
             what: {key: _in_words(value) for key, value in of.items()} for what, of in changes.items() if of
         }
         if samples is not None:
-            traced = self.job.scene.settings.spp
+            traced, samples = self.job.scene.settings.spp, whole("samples", samples)
+            if samples < 1:
+                raise OptionError(
+                    message("the number of samples is out of range", got=samples, expected="1 or more")
+                )
             scene = scene.with_settings(spp=min(max(samples, lanes_per_pixel(traced)), traced))
         if same_luminance and lights:
             said["same_luminance"] = {"lights": "yes"}
@@ -222,14 +229,13 @@ class LightPaths:
         >>> list(fluorspar.trace("cornell-box", size=(8, 8), spp=1).light_images())
         ["shape 'light' (obj)"]
         """
-        given = dict(lights or {})
-        dark = {light.name: 0.0 for light in self.lights}
-        return {
-            name: self.image(
-                lights=given | {other: off for other, off in dark.items() if other != name}, **options
-            )
-            for name in dark
-        }
+        rows = light_ids(self.job.scene)
+        images = {}
+        for row, light in enumerate(self.lights):
+            its_own = {key: setting for key, setting in (lights or {}).items() if rows.get(key, row) == row}
+            dark = {other.name: 0.0 for other in self.lights if other is not light}
+            images[light.name] = self.image(lights=its_own | dark, **options)
+        return images
 
     def explore(self, *, height: int = 720, port: int = 0) -> Any:
         """Open the window of `fluorspar view` on the paths, as `SpectralImage.explore` does."""
@@ -279,7 +285,7 @@ class LightPaths:
                 yield chunk
         if held is not None:
             for other in self._held.keys() - {traced}:
-                del self._held[other]
+                self._held.pop(other, None)  # other threads do so too
             self._held[spp] = key, held
 
 
@@ -367,6 +373,8 @@ def _in_words(given: Any) -> Any:
         return " x ".join(str(_in_words(part)) for part in given)
     if isinstance(given, int | float | str):
         return given
+    if isinstance(given, np.generic):
+        return given.item()
     return str(getattr(given, "name", given)) or "a spectrum"
 
 
