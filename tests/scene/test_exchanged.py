@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from xml_scene import xml_scene
 
 from fluorspar import Material, Scene, Spectrum, load_scene
 from fluorspar.bispectral.library import material
 from fluorspar.errors import OptionError
 from fluorspar.scene.relit import exchangeable, relit
 from fluorspar.spectral.wavelengths import Wavelengths
+from xml_scene import xml_scene
 
 GREY = '<bsdf type="diffuse" id="grey"><spectrum name="reflectance" value="0.8"/></bsdf>'
 MASK = '<bsdf type="mask" id="{}"> <float name="opacity" value="0.9"/> {} </bsdf>'
