@@ -77,6 +77,17 @@ def test_surfaces_with_one_material_share_its_row() -> None:
     assert sum(part is orange for part in box.materials) == 1
 
 
+def test_surfaces_say_their_materials() -> None:
+    """Also of a general scene, whose table is another one afterwards."""
+    loaded = load_scene("still-life")
+    changed = relit(loaded, materials={"marker": "poster-orange", "toner": "gray-45"})
+
+    def fronts(scene: Scene) -> dict[str, str]:
+        return {s.name: scene.materials[s.front].name for s in scene.surfaces if s.front >= 0}
+
+    assert fronts(changed) == fronts(loaded) | {"print": "gray-45"}
+
+
 TINTED = '<spectrum name="specular_reflectance" value="0.5"/>'
 
 

@@ -204,7 +204,7 @@ class LightPaths:
             component_errors=self.job.component_errors if component_errors is None else component_errors,
             threads=self.job.threads if threads is None else threads,
         )
-        if materials:
+        if materials or concentration:
             _warn_of_brighter(self.job, job)
         return render_chunks(self._unpacked(job), job, output=output, progress=shown(progress))
 
@@ -328,15 +328,18 @@ def trace_job(
     """
     if output is None:
         kept: list[PackedChunk] = []
-        _trace(job, progress, kept.append)
+        fix = "write them to a file (output=...), or trace fewer samples or a smaller image"
+        _trace(job, progress, kept.append, fix)
         return LightPaths(job, tuple(kept))
     with PathsWriter(output, job) as writer:
-        _trace(job, progress, writer.write)
+        _trace(job, progress, writer.write, "free memory: half a million paths are traced at a time")
         writer.keep()
     return load_paths(output)
 
 
-def _trace(job: RenderJob, progress: Progress | None, keep: Callable[[PackedChunk], object]) -> None:
+def _trace(
+    job: RenderJob, progress: Progress | None, keep: Callable[[PackedChunk], object], fix: str
+) -> None:
     """Trace a job and hand over what is finished, packed, also where the user interrupts."""
     settings = job.scene.settings
     pixels, done = settings.width * settings.height, 0
@@ -356,7 +359,7 @@ def _trace(job: RenderJob, progress: Progress | None, keep: Callable[[PackedChun
             message(
                 "the light paths do not fit into memory",
                 got=f"{settings.width} x {settings.height} pixels, {settings.spp} samples",
-                fix="write them to a file (output=...), or trace fewer samples or a smaller image",
+                fix=fix,
             )
         ) from err
     except KeyboardInterrupt:
@@ -380,7 +383,7 @@ def _in_words(given: Any) -> Any:
 
 def _warn_of_brighter(traced: RenderJob, job: RenderJob) -> None:
     """Warn where long paths are too rare for a new material: their weights grow from vertex to vertex."""
-    settings, grid = job.scene.settings, job.computed_grid
+    settings = job.scene.settings
     if 0 <= settings.max_depth <= settings.rr_depth:
         return
     before = exchangeable(traced.scene)
@@ -390,7 +393,10 @@ def _warn_of_brighter(traced: RenderJob, job: RenderJob) -> None:
             continue
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # said when the image is computed
-            least, most = (min(1.0, float(m.on(grid).energy_yield().max())) for m in (old, new))
+            least, most = (
+                min(1.0, float(material.on(grid).energy_yield().max()))
+                for material, grid in ((old, traced.computed_grid), (new, job.computed_grid))
+            )
         if most**2 > max(least, SURVIVAL[0]):
             text = (
                 f"'{name}' is much brighter now ({new.name}: {most:.2f} at the most, {old.name}: {least:.2f}): light "

@@ -6,7 +6,7 @@ Light paths that were traced among the old ones serve the new ones.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from numbers import Real
 from pathlib import Path
@@ -95,7 +95,9 @@ def relit(
     factors = {
         key: _factor(f"concentration of '{key}'", value) for key, value in (concentration or {}).items()
     }
-    ids = dict.fromkeys(name for surface, _, ids in _parts(scene) for name in (surface.name, *ids))
+    ids = dict.fromkeys(
+        name for surface, _, ids in _parts(scene, scene.surfaces) for name in (surface.name, *ids)
+    )
     for key in (*given, *factors):
         _check_material_id(scene, key, list(ids))
     made: dict[tuple[int, float], Material] = {}
@@ -131,8 +133,8 @@ def exchangeable(scene: Scene) -> dict[str, Material | str]:
     found: dict[str, Material | str] = {}
     for surface in scene.surfaces:
         reason = _why_not(scene, surface)
-        found[surface.name] = reason or next(old for part, old, _ in _parts(scene) if part is surface)
-    for _, old, ids in _parts(scene):
+        found[surface.name] = reason or next(old for _, old, _ in _parts(scene, [surface]))
+    for _, old, ids in _parts(scene, scene.surfaces):
         for name in ids:
             found.setdefault(name, old)
     return found
@@ -140,7 +142,7 @@ def exchangeable(scene: Scene) -> dict[str, Material | str]:
 
 def _why_not(scene: Scene, surface: Surface) -> str:
     """Why the material of a surface cannot be exchanged by the id of the surface; "" if it can."""
-    found = {id(old): ids for part, old, ids in _parts(scene) if part is surface}
+    found = {id(old): ids for _, old, ids in _parts(scene, [surface])}
     if len(found) > 1:
         return f"it has several: name one of the BSDFs {_listed(found.values())}"
     if found:
@@ -163,9 +165,9 @@ def _why_not(scene: Scene, surface: Surface) -> str:
     )
 
 
-def _parts(scene: Scene) -> Iterator[tuple[Surface, Material, tuple[str, ...]]]:
+def _parts(scene: Scene, surfaces: Iterable[Surface]) -> Iterator[tuple[Surface, Material, tuple[str, ...]]]:
     """Go through the materials of surfaces that can be exchanged, with the ids of their BSDFs."""
-    for surface in scene.surfaces:
+    for surface in surfaces:
         if scene.lobes is None:
             for row, ids in ((surface.front, surface.front_ids), (surface.back, surface.back_ids)):
                 if row != ABSORBS:
@@ -265,7 +267,20 @@ def _general(scene: Scene, lobes: Lobes, change: _Change) -> Scene:
     parts = {id(part): part for node in placed for kind, part in new_lobes.parts(node) if kind == "material"}
     seen = (isinstance(row, Metal) or id(getattr(row, "base", row)) in parts for row in rows)
     kept = tuple(row if is_seen else rows[0] for row, is_seen in zip(rows, seen, strict=True))
-    return replace(scene, materials=tuple(parts.values()), lobes=replace(new_lobes, rows=kept))
+    number_of = {id(row): number for number, row in enumerate(parts.values())}
+
+    def main(side: tuple[Lobe, ...]) -> int:
+        main_rows = (number_of.get(id(kept[lobe.row])) for lobe in side if lobe.row < len(kept))
+        return next((row for row in main_rows if row is not None), ABSORBS)
+
+    return replace(
+        scene,
+        materials=tuple(parts.values()),
+        surfaces=tuple(
+            replace(s, front=main(placed[s.node][0]), back=main(placed[s.node][1])) for s in scene.surfaces
+        ),
+        lobes=replace(new_lobes, rows=kept),
+    )
 
 
 def _is_relative(given: str) -> bool:
@@ -311,7 +326,7 @@ def _material(key: str, given: MaterialSetting, library: Sequence[str | Path]) -
 
 
 def _factor(what: str, given: object) -> float:
-    if isinstance(given, bool) or not isinstance(given, Real) or not 0 <= given < np.inf:
+    if isinstance(given, bool) or not isinstance(given, Real) or not 0 <= float(given) < np.inf:
         raise OptionError(
             message(f"the {what} is impossible", got=repr(given), expected="a number of 0 or more")
         )
