@@ -98,6 +98,18 @@ def test_it_stays_open_when_it_is_replaced(
     assert_equal(paths.image(component_errors=True), images["cornell-box"])
 
 
+def test_it_stays_open_when_it_is_deleted(
+    files: dict[str, Path], images: dict[str, SpectralImage], tmp_path: Path
+) -> None:
+    file = tmp_path / "box.paths"
+    shutil.copy(files["cornell-box"], file)
+    paths, size = load_paths(file), file.stat().st_size
+    file.unlink()
+    assert paths.nbytes == size
+    assert "12 x 8 pixels" in repr(paths)
+    assert_equal(paths.image(component_errors=True), images["cornell-box"])
+
+
 def test_no_geometry(files: dict[str, Path]) -> None:
     with pytest.raises(SceneError, match="hold no geometry"):
         load_paths(files["cornell-box"]).job.scene.nodes  # noqa: B018 (a property)
@@ -167,8 +179,18 @@ class TestDamage:
     def test_another_version(self, files: dict[str, Path], tmp_path: Path) -> None:
         shutil.copy(files["cornell-box"], tmp_path / "a.paths")
         with h5py.File(tmp_path / "a.paths", "a") as file:
-            file.attrs["format_version"] = 2
-        with pytest.raises(PathsError, match=r"another version[\s\S]*version 2[\s\S]*version 1"):
+            file.attrs["format_version"] = 99
+        with pytest.raises(PathsError, match=r"another version[\s\S]*version 99[\s\S]*version 2"):
+            load_paths(tmp_path / "a.paths")
+
+    @pytest.mark.parametrize("version", ["1", 1.5, np.array([1, 2])])
+    def test_attributes_of_another_kind(self, version: Any, files: dict[str, Path], tmp_path: Path) -> None:
+        """Text of any length, as an unreleased version wrote it, or what is no number."""
+        shutil.copy(files["cornell-box"], tmp_path / "a.paths")
+        with h5py.File(tmp_path / "a.paths", "a") as file:
+            file.attrs.update({"format": "fluorspar light paths", "fluorspar": "0.0.9"})
+            file.attrs["format_version"] = version
+        with pytest.raises(PathsError, match=r"another version[\s\S]*written by Fluorspar 0\.0\.9"):
             load_paths(tmp_path / "a.paths")
 
     @pytest.mark.parametrize("name", ["rows", "says", "numbers", "used"])

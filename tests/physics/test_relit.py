@@ -249,6 +249,11 @@ class TestWhatIsRefused:
         with pytest.raises(OptionError, match="impossible"):
             box.image(concentration={"left-wall": factor})
 
+    @pytest.mark.parametrize("samples", [0, -3, 2.5, "4"])
+    def test_samples(self, samples: Any, box: LightPaths) -> None:
+        with pytest.raises(OptionError, match=r"samples is not a whole|number of samples is out of range"):
+            box.image(samples=samples)
+
     def test_what_is_no_dict_or_material(self, box: LightPaths) -> None:
         with pytest.raises(OptionError, match="lights are not readable"):
             box.image(lights="A")  # type: ignore[arg-type]
@@ -274,6 +279,8 @@ def test_the_image_says_what_was_changed(box: LightPaths) -> None:
         "concentration": {"left-wall": 0.5},
     }
     assert "relit" not in box.image().attrs
+    numbers = box.image(lights={"light": np.float32(0.5)}, concentration={"left-wall": np.int64(1)})
+    assert numbers.attrs["relit"] == {"lights": {"light": 0.5}, "concentration": {"left-wall": 1}}
     assert "grey" in image.attrs["materials"]
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from fluorspar.bispectral.donaldson import Stokes
@@ -28,7 +29,8 @@ from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
 from fluorspar.paths.render import render_chunks
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.lights import Light
-from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, relit
+from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, light_ids, relit
+from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import usable_cores
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -134,7 +136,8 @@ class LightPaths:
             Folders with materials of your own, see `fluorspar.load_scene`.
         wavelengths : Wavelengths, str or array_like of shape (N,), optional
             Grid in nm, see `fluorspar.render`; default: that of the job. On another grid the image is as right, but
-            not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band.
+            not the one that `fluorspar.render` makes with the same seed: Russian roulette follows the brightest band
+            that is computed. The same holds for another `excitation`.
         stokes, excitation, component_errors, threads, output, progress : optional
             See `fluorspar.render`; default: as traced.
         samples : int, optional
@@ -182,7 +185,11 @@ class LightPaths:
             what: {key: in_words(value) for key, value in of.items()} for what, of in changes.items() if of
         }
         if samples is not None:
-            traced = self.job.scene.settings.spp
+            traced, samples = self.job.scene.settings.spp, whole("samples", samples)
+            if samples < 1:
+                raise OptionError(
+                    message("the number of samples is out of range", got=samples, expected="1 or more")
+                )
             scene = scene.with_settings(spp=min(max(samples, lanes_per_pixel(traced)), traced))
         if same_luminance and lights:
             said["same_luminance"] = {"lights": "yes"}
@@ -197,7 +204,7 @@ class LightPaths:
             component_errors=self.job.component_errors if component_errors is None else component_errors,
             threads=self.job.threads if threads is None else threads,
         )
-        if materials:
+        if materials or concentration:
             _warn_of_brighter(self.job, job)
         return render_chunks(self._unpacked(job), job, output=output, progress=shown(progress))
 
@@ -222,14 +229,13 @@ class LightPaths:
         >>> list(fluorspar.trace("cornell-box", size=(8, 8), spp=1).light_images())
         ["shape 'light' (obj)"]
         """
-        given = dict(lights or {})
-        dark = {light.name: 0.0 for light in self.lights}
-        return {
-            name: self.image(
-                lights=given | {other: off for other, off in dark.items() if other != name}, **options
-            )
-            for name in dark
-        }
+        rows = light_ids(self.job.scene)
+        images = {}
+        for row, light in enumerate(self.lights):
+            its_own = {key: setting for key, setting in (lights or {}).items() if rows.get(key, row) == row}
+            dark = {other.name: 0.0 for other in self.lights if other is not light}
+            images[light.name] = self.image(lights=its_own | dark, **options)
+        return images
 
     def explore(self, *, height: int = 720, port: int = 0) -> Any:
         """Open the window of `fluorspar view` on the paths, as `SpectralImage.explore` does."""
@@ -279,7 +285,7 @@ class LightPaths:
                 yield chunk
         if held is not None:
             for other in self._held.keys() - {traced}:
-                del self._held[other]
+                self._held.pop(other, None)  # other threads do so too
             self._held[spp] = key, held
 
 
@@ -322,15 +328,18 @@ def trace_job(
     """
     if output is None:
         kept: list[PackedChunk] = []
-        _trace(job, progress, kept.append)
+        fix = "write them to a file (output=...), or trace fewer samples or a smaller image"
+        _trace(job, progress, kept.append, fix)
         return LightPaths(job, tuple(kept))
     with PathsWriter(output, job) as writer:
-        _trace(job, progress, writer.write)
+        _trace(job, progress, writer.write, "free memory: half a million paths are traced at a time")
         writer.keep()
     return load_paths(output)
 
 
-def _trace(job: RenderJob, progress: Progress | None, keep: Callable[[PackedChunk], object]) -> None:
+def _trace(
+    job: RenderJob, progress: Progress | None, keep: Callable[[PackedChunk], object], fix: str
+) -> None:
     """Trace a job and hand over what is finished, packed, also where the user interrupts."""
     settings = job.scene.settings
     pixels, done = settings.width * settings.height, 0
@@ -350,7 +359,7 @@ def _trace(job: RenderJob, progress: Progress | None, keep: Callable[[PackedChun
             message(
                 "the light paths do not fit into memory",
                 got=f"{settings.width} x {settings.height} pixels, {settings.spp} samples",
-                fix="write them to a file (output=...), or trace fewer samples or a smaller image",
+                fix=fix,
             )
         ) from err
     except KeyboardInterrupt:
@@ -367,12 +376,14 @@ def in_words(given: Any) -> Any:
         return " x ".join(str(in_words(part)) for part in given)
     if isinstance(given, int | float | str):
         return given
+    if isinstance(given, np.generic):
+        return given.item()
     return str(getattr(given, "name", given)) or "a spectrum"
 
 
 def _warn_of_brighter(traced: RenderJob, job: RenderJob) -> None:
     """Warn where long paths are too rare for a new material: their weights grow from vertex to vertex."""
-    settings, grid = job.scene.settings, job.computed_grid
+    settings = job.scene.settings
     if 0 <= settings.max_depth <= settings.rr_depth:
         return
     before = exchangeable(traced.scene)
@@ -382,7 +393,10 @@ def _warn_of_brighter(traced: RenderJob, job: RenderJob) -> None:
             continue
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # said when the image is computed
-            least, most = (min(1.0, float(m.on(grid).energy_yield().max())) for m in (old, new))
+            least, most = (
+                min(1.0, float(material.on(grid).energy_yield().max()))
+                for material, grid in ((old, traced.computed_grid), (new, job.computed_grid))
+            )
         if most**2 > max(least, SURVIVAL[0]):
             text = (
                 f"'{name}' is much brighter now ({new.name}: {most:.2f} at the most, {old.name}: {least:.2f}): light "

@@ -30,10 +30,10 @@ __all__ = ["SUFFIX", "PathsInFile", "PathsWriter", "read_paths"]
 
 SUFFIX = ".paths"
 
-_FORMAT, _VERSION = "fluorspar light paths", 1
+_FORMAT, _VERSION = "fluorspar light paths", 2
 _BYTES_A_SAMPLE = 24  # at the least, for the check of free space
 _JOB = ("seed", "stokes", "excitation", "component_errors", "variant", "threads")
-_SCENE = ("materials", "lights", "surfaces", "settings", "lobes", "bsdf_ids")
+_SCENE = ("materials", "lights", "surfaces", "settings", "lobes")
 _RECIPE = ("name", "parameters", "matte", "library", "sensor", "folder")
 
 
@@ -135,11 +135,12 @@ class PathsWriter:
 class PathsInFile(Sequence[PackedChunk]):
     """The packed chunks of a file, each read when it is asked for.
 
-    The file stays open, so that it may be replaced meanwhile.
+    The file stays open, so that it may be replaced meanwhile; `nbytes` is its size.
     """
 
     def __init__(self, file: Any, path: Path, rows: int, lights: int) -> None:
         self.path = path
+        self.nbytes = path.stat().st_size
         self._file = file
         self._groups = sorted(file.get("chunks", ()))
         self._tables = rows, lights
@@ -182,11 +183,6 @@ class PathsInFile(Sequence[PackedChunk]):
         return (self[number] for number in range(len(self)))
 
     @property
-    def nbytes(self) -> int:
-        """Size of the file."""
-        return self.path.stat().st_size
-
-    @property
     def pixels(self) -> int:
         """How many pixels there are paths of."""
         return sum(int(self._file["chunks"][name].attrs["pixels"]) for name in self._groups)
@@ -205,21 +201,20 @@ def read_paths(path: str | os.PathLike[str]) -> tuple[RenderJob, PathsInFile]:
     path = Path(os.path.abspath(path))
     try:
         file = h5py.File(path, "r")
-        said = {name: file.attrs.get(name) for name in ("format", "format_version", "fluorspar")}
-        made_by = bytes(said["fluorspar"] or b"?").decode(errors="replace")
+        said = {name: _text(file.attrs.get(name, "?")) for name in ("format", "format_version", "fluorspar")}
     except FileNotFoundError as err:
         raise PathsError(message("there is no such file", where=path)) from err
     except _DAMAGE as err:
         fault = "the file cannot be read" if path.is_dir() else "the file is damaged, or holds no light paths"
         raise PathsError(message(fault, where=path, got=_first_line(err), expected=_EXPECTED)) from err
-    if said["format"] != np.bytes_(_FORMAT):
+    if said["format"] != _FORMAT:
         raise PathsError(message("the file holds no light paths", where=path, expected=_EXPECTED))
-    if said["format_version"] != _VERSION:
+    if said["format_version"] != str(_VERSION):
         raise PathsError(
             message(
                 "the light paths are of another version",
                 where=path,
-                got=f"version {said['format_version']}, written by Fluorspar {made_by}",
+                got=f"version {said['format_version']}, written by Fluorspar {said['fluorspar']}",
                 expected=f"version {_VERSION}",
                 fix="trace the scene again, or use the Fluorspar that wrote them",
             )
@@ -250,6 +245,10 @@ _DAMAGE = (
     MemoryError,
 )
 _EXPECTED = "a file written by 'fluorspar trace' or LightPaths.save"
+
+
+def _text(value: Any) -> str:
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
 
 
 def _first_line(err: BaseException) -> str:

@@ -98,7 +98,6 @@ def load_scene(
         recipe,
         nodes,
         table.lobes,
-        table.bsdf_ids,
     )
 
 

@@ -17,7 +17,7 @@ from fluorspar.scene.nodes import parse_scene
 from fluorspar.scene.scene_dict import plain_dict
 from fluorspar.scene.sensor import choose_sensor
 
-__all__ = ["Recipe", "recipe_of"]
+__all__ = ["Recipe", "check_library", "recipe_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,10 +146,7 @@ def recipe_of(
             raise OptionError(
                 message("this is not a material", where=key, got=repr(outer), expected=expected)
             )
-    if isinstance(library, str) or not isinstance(library, Sequence):
-        raise OptionError(
-            message("the library is not readable", got=repr(library), expected="a sequence of folders")
-        )
+    check_library(library)
     values = {name: str(value) for name, value in (parameters or {}).items()}
     absolute: Path | str | dict[str, Any]
     if isinstance(source, dict):
@@ -175,3 +172,11 @@ def recipe_of(
         sensor,
         Path.cwd(),
     )
+
+
+def check_library(library: Any) -> None:
+    """Refuse what is no sequence of folders, a single name above all."""
+    if isinstance(library, str) or not isinstance(library, Sequence):
+        raise OptionError(
+            message("the library is not readable", got=repr(library), expected="a sequence of folders")
+        )

@@ -6,8 +6,9 @@ Light paths that were traced among the old ones serve the new ones.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from numbers import Real
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -19,7 +20,9 @@ from fluorspar.colour.xyz import luminance
 from fluorspar.errors import OptionError, message
 from fluorspar.scene.lights import Light
 from fluorspar.scene.lobes.lobe import STRAIGHT, Lobe, LobeRow, Lobes
-from fluorspar.scene.lobes.rows import Coated, Luminescence, Operated, Reflection
+from fluorspar.scene.lobes.rows import Coated, Luminescence, Metal, Operated, Reflection
+from fluorspar.scene.node_checks import LARGEST
+from fluorspar.scene.recipe import check_library
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.scene.surfaces import ABSORBS, NO_LIGHT, Surface
@@ -70,9 +73,20 @@ def relit(
             raise OptionError(
                 message(f"the {name} are not readable", got=repr(given), expected="a dict, id: value")
             )
+    check_library(library)
     table = list(scene.lights)
+    changed: dict[int, str] = {}
     for key, setting in (lights or {}).items():
         row = _known(key, light_ids(scene), "light")
+        if changed.setdefault(row, key) != key:
+            raise OptionError(
+                message(
+                    "a light is changed twice",
+                    where=scene.lights[row].name,
+                    got=f"'{changed[row]}' and '{key}'",
+                    expected="one id for each light",
+                )
+            )
         table[row] = _changed_light(scene.lights[row], key, setting, same_luminance)
     scene = replace(scene, lights=tuple(table))
     if not materials and not concentration:
@@ -81,7 +95,9 @@ def relit(
     factors = {
         key: _factor(f"concentration of '{key}'", value) for key, value in (concentration or {}).items()
     }
-    ids = dict.fromkeys(name for surface, _, ids in _parts(scene) for name in (surface.name, *ids))
+    ids = dict.fromkeys(
+        name for surface, _, ids in _parts(scene, scene.surfaces) for name in (surface.name, *ids)
+    )
     for key in (*given, *factors):
         _check_material_id(scene, key, list(ids))
     made: dict[tuple[int, float], Material] = {}
@@ -117,8 +133,8 @@ def exchangeable(scene: Scene) -> dict[str, Material | str]:
     found: dict[str, Material | str] = {}
     for surface in scene.surfaces:
         reason = _why_not(scene, surface)
-        found[surface.name] = reason or next(old for part, old, _ in _parts(scene) if part is surface)
-    for _, old, ids in _parts(scene):
+        found[surface.name] = reason or next(old for _, old, _ in _parts(scene, [surface]))
+    for _, old, ids in _parts(scene, scene.surfaces):
         for name in ids:
             found.setdefault(name, old)
     return found
@@ -126,7 +142,7 @@ def exchangeable(scene: Scene) -> dict[str, Material | str]:
 
 def _why_not(scene: Scene, surface: Surface) -> str:
     """Why the material of a surface cannot be exchanged by the id of the surface; "" if it can."""
-    found = {id(old): ids for part, old, ids in _parts(scene) if part is surface}
+    found = {id(old): ids for _, old, ids in _parts(scene, [surface])}
     if len(found) > 1:
         return f"it has several: name one of the BSDFs {_listed(found.values())}"
     if found:
@@ -140,34 +156,32 @@ def _why_not(scene: Scene, surface: Surface) -> str:
         return "it has no BSDF and absorbs all light"
     if any(lobe.texture >= 0 for lobe in lobes or ()):
         return "its colour is a texture"
+    if any(lobe.angles for lobe in lobes or ()):
+        return "its colour is that of a metal"
     return (
-        "its colour is that of a metal"
-        if any(lobe.angles for lobe in lobes or ())
+        "its colour is that of glass"
+        if any(lobe.row for lobe in lobes or ())
         else "it has no colour of its own"
     )
 
 
-def _parts(scene: Scene) -> Iterator[tuple[Surface, Material, tuple[str, ...]]]:
+def _parts(scene: Scene, surfaces: Iterable[Surface]) -> Iterator[tuple[Surface, Material, tuple[str, ...]]]:
     """Go through the materials of surfaces that can be exchanged, with the ids of their BSDFs."""
-    of_material = {id(scene.materials[row]): ids for row, ids in scene.bsdf_ids.items()}
-    for surface in scene.surfaces:
+    for surface in surfaces:
         if scene.lobes is None:
-            for row in dict.fromkeys((surface.front, surface.back)):
+            for row, ids in ((surface.front, surface.front_ids), (surface.back, surface.back_ids)):
                 if row != ABSORBS:
-                    yield surface, scene.materials[row], scene.bsdf_ids.get(row, ())
+                    yield surface, scene.materials[row], ids
         else:
-            found = {}
             for side in scene.lobes.of_surface[surface.node]:
                 for lobe in side:
                     if (base := _base(scene.lobes, lobe)) is not None:
-                        found[id(base)] = base
-            for key, base in found.items():
-                yield surface, base, of_material.get(key, ())
+                        yield surface, base, lobe.ids
 
 
 def _base(lobes: Lobes, lobe: Lobe) -> Material | None:
     """The material that a lobe has its spectrum from, if it has it from one alone."""
-    if lobe.row == 0 or lobe.texture >= 0 or lobe.angles:
+    if lobe.gloss or lobe.texture >= 0 or lobe.angles:
         return None
     row = lobes.rows[lobe.row]
     return row if isinstance(row, Material) else getattr(row, "base", None)
@@ -176,24 +190,25 @@ def _base(lobes: Lobes, lobe: Lobe) -> Material | None:
 def _matte(scene: Scene, change: _Change) -> Scene:
     """A scene of matte surfaces with other materials."""
     table = list(scene.materials)
-    bsdf_ids = dict(scene.bsdf_ids)
+    number = {id(old): row for row, old in enumerate(table)}
 
-    def row(surface: Surface, before: int) -> int:
+    def row(surface: Surface, before: int, ids: Sequence[str]) -> int:
         if before == ABSORBS:
             return ABSORBS
-        ids = scene.bsdf_ids.get(before, ())
         new = change(surface, scene.materials[before], ids)
-        if new is scene.materials[before]:
-            return before
-        table.append(new)
-        bsdf_ids[len(table) - 1] = ids
-        return len(table) - 1
+        if id(new) not in number:
+            number[id(new)] = len(table)
+            table.append(new)
+        return number[id(new)]
 
-    surfaces = []
-    for surface in scene.surfaces:
-        front = row(surface, surface.front)
-        back = front if surface.back == surface.front else row(surface, surface.back)
-        surfaces.append(replace(surface, front=front, back=back))
+    surfaces = [
+        replace(
+            surface,
+            front=row(surface, surface.front, surface.front_ids),
+            back=row(surface, surface.back, surface.back_ids),
+        )
+        for surface in scene.surfaces
+    ]
     # What is on no surface any more goes: the excitation of its dyes is not to be computed.
     used = sorted({side for s in surfaces for side in (s.front, s.back)} - {ABSORBS}) or [0]
     new_row = {ABSORBS: ABSORBS} | {row: number for number, row in enumerate(used)}
@@ -201,22 +216,19 @@ def _matte(scene: Scene, change: _Change) -> Scene:
         scene,
         materials=tuple(table[row] for row in used),
         surfaces=tuple(replace(s, front=new_row[s.front], back=new_row[s.back]) for s in surfaces),
-        bsdf_ids={new_row[row]: ids for row, ids in bsdf_ids.items() if row in new_row},
     )
 
 
 def _general(scene: Scene, lobes: Lobes, change: _Change) -> Scene:
     """A scene of general surfaces with other materials; the lobes are the same, of other spectra."""
     rows, first = list(lobes.rows), len(lobes.rows)
-    ids_of = {id(scene.materials[row]): ids for row, ids in scene.bsdf_ids.items()}
-    ids_of_new: dict[int, tuple[str, ...]] = {}
     number: dict[tuple[int, int], int] = {}
 
     def changed(surface: Surface, side: tuple[Lobe, ...], lobe: Lobe) -> Lobe:
         base = _base(lobes, lobe)
         if base is None:
             return lobe
-        new = change(surface, base, ids_of.get(id(base), ()))
+        new = change(surface, base, lobe.ids)
         if new is base:
             return lobe
         row = lobes.rows[lobe.row]
@@ -229,7 +241,6 @@ def _general(scene: Scene, lobes: Lobes, change: _Change) -> Scene:
                     fix="make its BSDF a 'fluorescent' one with int_ior, and trace again",
                 )
             )
-        ids_of_new[id(new)] = ids_of.get(id(base), ())
         if (lobe.row, id(new)) not in number:
             number[lobe.row, id(new)] = len(rows)
             rows.append(new if isinstance(row, Material) else replace(row, base=new))  # type: ignore[type-var]
@@ -254,13 +265,21 @@ def _general(scene: Scene, lobes: Lobes, change: _Change) -> Scene:
     new_lobes = replace(lobes, rows=tuple(rows), of_surface=placed)
     # What is on no surface any more goes: the excitation of its dyes is not to be computed.
     parts = {id(part): part for node in placed for kind, part in new_lobes.parts(node) if kind == "material"}
-    ids = ids_of_new | ids_of
-    table = tuple(parts.values())
+    seen = (isinstance(row, Metal) or id(getattr(row, "base", row)) in parts for row in rows)
+    kept = tuple(row if is_seen else rows[0] for row, is_seen in zip(rows, seen, strict=True))
+    number_of = {id(row): number for number, row in enumerate(parts.values())}
+
+    def main(side: tuple[Lobe, ...]) -> int:
+        main_rows = (number_of.get(id(kept[lobe.row])) for lobe in side if lobe.row < len(kept))
+        return next((row for row in main_rows if row is not None), ABSORBS)
+
     return replace(
         scene,
-        materials=table,
-        lobes=new_lobes,
-        bsdf_ids={row: ids[id(part)] for row, part in enumerate(table) if id(part) in ids},
+        materials=tuple(parts.values()),
+        surfaces=tuple(
+            replace(s, front=main(placed[s.node][0]), back=main(placed[s.node][1])) for s in scene.surfaces
+        ),
+        lobes=replace(new_lobes, rows=kept),
     )
 
 
@@ -274,7 +293,7 @@ def _takes_dyes(row: LobeRow, side: tuple[Lobe, ...]) -> bool:
         return False
     if isinstance(row, (Coated, Luminescence, Reflection)):
         return True
-    glossy = [lobe for lobe in side if lobe.row == 0 and lobe.channel != STRAIGHT]
+    glossy = [lobe for lobe in side if lobe.gloss and lobe.channel != STRAIGHT]
     return not glossy and isinstance(row, Material)
 
 
@@ -292,7 +311,7 @@ def _check_material_id(scene: Scene, key: str, ids: Sequence[str]) -> None:
             message(
                 f"there is no shape or BSDF '{key}' whose material can be exchanged",
                 expected=f"one of {', '.join(ids) or '(none)'}",
-                fix=did_you_mean(key, ids),
+                fix=did_you_mean(str(key), ids),
             )
         )
 
@@ -307,11 +326,11 @@ def _material(key: str, given: MaterialSetting, library: Sequence[str | Path]) -
 
 
 def _factor(what: str, given: object) -> float:
-    if isinstance(given, (bool, str)) or not np.isscalar(given) or not 0 <= float(given) < np.inf:  # type: ignore[arg-type]
+    if isinstance(given, bool) or not isinstance(given, Real) or not 0 <= float(given) < np.inf:
         raise OptionError(
             message(f"the {what} is impossible", got=repr(given), expected="a number of 0 or more")
         )
-    return float(given)  # type: ignore[arg-type]
+    return float(given)
 
 
 def _changed_light(light: Light, key: str, setting: LightSetting, same_luminance: bool) -> Light:
@@ -337,7 +356,17 @@ def _changed_light(light: Light, key: str, setting: LightSetting, same_luminance
         )
     if relative:
         factor *= _brightness(old, new, key)
-    return replace(light, spectrum=replace(new, values=new.values * factor, name=new.name or old.name))
+    with np.errstate(over="ignore"):
+        values = new.values * factor
+    if (values >= LARGEST).any():
+        raise OptionError(
+            message(
+                f"light '{key}' is too bright for single precision",
+                got=float(values.max()),
+                expected=f"below {LARGEST:g} {light.unit}",
+            )
+        )
+    return replace(light, spectrum=replace(new, values=values, name=new.name or old.name))
 
 
 def _brightness(old: Spectrum, new: Spectrum, key: str) -> float:
@@ -360,7 +389,7 @@ def _known(key: str, rows: Mapping[str, int], what: str) -> int:
         message(
             f"there is no {what} '{key}'",
             expected=f"one of {', '.join(rows)}",
-            fix=did_you_mean(key, list(rows)),
+            fix=did_you_mean(str(key), rows),
         )
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
@@ -43,8 +43,6 @@ class Scene:
         What it was loaded from.
     lobes : Lobes or None
         Of surfaces that are not matte or not of one spectrum, if the scene has any.
-    bsdf_ids : mapping of int to tuple of str
-        Ids of the BSDFs that each material is read from, by row of the table.
     """
 
     materials: tuple[Material, ...]
@@ -54,7 +52,6 @@ class Scene:
     recipe: Recipe
     _nodes: KeptNodes
     lobes: Lobes | None = None
-    bsdf_ids: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return "\n".join([f"<{self._title}>", *(f"  {kind:<8} {text}" for kind, text in self._parts())])

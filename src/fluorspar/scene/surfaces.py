@@ -40,6 +40,8 @@ class Surface:
         Rows of the material table for its two sides; `ABSORBS` where one reflects nothing.
     light : int
         Row of the light table; `NO_LIGHT` where it does not emit.
+    front_ids, back_ids : tuple of str
+        Ids of the BSDFs that a matte side is read from, the outermost first; of others each lobe has its own.
     """
 
     name: str
@@ -47,6 +49,8 @@ class Surface:
     front: int
     back: int
     light: int
+    front_ids: tuple[str, ...] = ()
+    back_ids: tuple[str, ...] = ()
 
 
 @dataclass
@@ -57,7 +61,6 @@ class SurfaceTable:
     lights: list[Light] = field(default_factory=list)
     surfaces: list[Surface] = field(default_factory=list)
     lobes: Lobes | None = None
-    bsdf_ids: dict[int, tuple[str, ...]] = field(default_factory=dict)
 
 
 def read_surfaces(state: Any, recipe: Recipe) -> SurfaceTable:
@@ -118,7 +121,6 @@ class _Reader:
         if self.lobes is not None:
             self.table.lobes = self.lobes.lobes()
             self.table.materials = self.lobes.materials
-            self.table.bsdf_ids = self.lobes.bsdf_ids
             self.unused -= self.lobes.overridden
         self.check_overrides(ids)
         if not self.table.lights:
@@ -183,6 +185,7 @@ class _Reader:
                 Surface(node.props.id() or label(node, index), index, front, back, light)
             )
             return
+        ids: tuple[tuple[str, ...], ...] = ((), ())
         if (name := node.props.id()) in self.overrides:
             # Its own BSDF is not read: what it is does not matter, except whether it has a back.
             front = back = self.override(name)
@@ -190,7 +193,8 @@ class _Reader:
                 back = ABSORBS
         else:
             front, back = self.sides(bsdf, index, emits=light != NO_LIGHT)
-        self.table.surfaces.append(Surface(name or label(node, index), index, front, back, light))
+            ids = self.ids(bsdf, index)
+        self.table.surfaces.append(Surface(name or label(node, index), index, front, back, light, *ids))
 
     def check_grouped(self, index: int, where: str) -> None:
         """Refuse a shape of a group that sends out light, or has colours of its own vertices or faces."""
@@ -222,10 +226,7 @@ class _Reader:
         if node.props.id() in self.overrides:
             row = self.override(node.props.id())
             return row, row
-        rows = self.row(nested[0], shape), self.row(nested[-1], shape)
-        for row in rows:
-            self.is_called(row, node)
-        return rows
+        return self.row(nested[0], shape), self.row(nested[-1], shape)
 
     def row(self, index: int, shape: int) -> int:
         """Material row of a one-sided BSDF node on a shape."""
@@ -235,21 +236,24 @@ class _Reader:
         key = (index, shape if uses_mesh(self.state, index) else None)
         if key not in self.row_of_node:
             self.row_of_node[key] = self.add(read_material(self.state, index, shape, self.recipe))
-            self.is_called(self.row_of_node[key], node)
         return self.row_of_node[key]
 
-    def is_called(self, row: int, node: Any) -> None:
-        """Note that a material is that of a BSDF node."""
-        known = self.table.bsdf_ids.get(row, ())
-        if (name := node.props.id()) and name not in known:
-            self.table.bsdf_ids[row] = (*known, name)
+    def ids(self, bsdf: int | None, shape: int) -> tuple[tuple[str, ...], ...]:
+        """Ids of the BSDF nodes that both sides of a surface are read from."""
+        if bsdf is None:
+            return (), ()
+        parts = [(bsdf,), ()]
+        if self.state.nodes[bsdf].props.plugin_name() == "twosided":
+            nested = sides_of(self.state, bsdf, f"shape {label(self.state.nodes[shape], shape)}")
+            parts = [(bsdf, nested[0]), (bsdf, nested[-1])]
+        names = [[self.state.nodes[node].props.id() for node in part] for part in parts]
+        return tuple(tuple(filter(None, both)) for both in names)
 
     def override(self, name: str) -> int:
         """Material row of a material from outside."""
         self.unused.discard(name)
         if name not in self.row_of_override:
             self.row_of_override[name] = self.add(self.overrides[name])
-            self.table.bsdf_ids[self.row_of_override[name]] = (name,)
         return self.row_of_override[name]
 
     def light(self, index: int, shape: int | None = None) -> int:

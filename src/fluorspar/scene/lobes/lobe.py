@@ -136,6 +136,10 @@ class Lobe:
     angles : int
         Rows for so many angles of reflection, even in the root of the cosine of the half angle (conductors), for each
         texel of a texture; 0: one.
+    gloss : bool
+        Whether it is a highlight, or light that goes through, of plastic or glass: no material by itself.
+    ids : tuple of str
+        Of the BSDFs that it is read from, the outermost first.
     """
 
     channel: int
@@ -143,6 +147,8 @@ class Lobe:
     unit: float
     texture: int = -1
     angles: int = 0
+    gloss: bool = False
+    ids: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from fluorspar.errors import SceneError, message
@@ -77,4 +78,4 @@ def dielectric(table: LobeTable, index: int, side: Side) -> None:
 
 
 def _specular(table: LobeTable, index: int, side: Side, name: str) -> None:
-    table.give(index, name, table.spectral(index, name, 1.0, side), side)
+    table.give(index, name, replace(table.spectral(index, name, 1.0, side), gloss=True), side)

@@ -109,7 +109,6 @@ class LobeReader(LobeTable):
             front, back = [] if emits else [self.default().lobe(0)], []
         else:
             nested = sides_of(self.state, bsdf, where) if twosided else [bsdf]
-            self.within = (nodes[bsdf].props.id(),) if twosided and nodes[bsdf].props.id() else ()
             self._bsdfs.setdefault(bsdf, f"BSDF {label(nodes[bsdf], bsdf)} of {where}")
             front, back = (
                 self.side(index, shape, where, nodes[bsdf].props.id()) for index in (nested[0], nested[-1])
@@ -136,15 +135,14 @@ class LobeReader(LobeTable):
         """The spectrum of a material from outside."""
         key = -1, name
         if key not in self.read:
-            self.within, before = (name,), self.within
             self.read[key] = self.of_material(self.overrides[name])
-            self.within = before
             self.overridden.add(name)
         return self.read[key]
 
     def side(self, bsdf: int, shape: int, where: str, name: str) -> list[Lobe]:
         """Read one side of a BSDF of this name: the lobes of a BSDF node and of all that it holds."""
-        side = Side(f"BSDF {label(self.state.nodes[bsdf], bsdf)} of {where}", shape)
+        within = (name,) if name else ()
+        side = Side(f"BSDF {label(self.state.nodes[bsdf], bsdf)} of {where}", shape, within)
         if name in self.overrides:
             self.become(bsdf, self.outside(name), side)
         else:
@@ -152,15 +150,20 @@ class LobeReader(LobeTable):
                 self._walk(bsdf, side)
             except FluorsparError as err:
                 raise err if where in str(err) else type(err)(f"{err}\n  in:       {side.where}") from err
-        lobes = [spectral.lobe(channel) for channel, spectral in sorted(side.taken.items())]
+        lobes = [
+            spectral.lobe(channel, side.ids[channel]) for channel, spectral in sorted(side.taken.items())
+        ]
         if side.straight:
             lobes.append(self.white.lobe(STRAIGHT))
         return lobes
 
     def _walk(self, index: int, side: Side) -> None:
-        node = self.state.nodes[index]
-        if (name := node.props.id()) in self.overrides:
+        node, before = self.state.nodes[index], side.within
+        if (name := node.props.id()) and name not in before:
+            side.within = (*before, name)
+        if name in self.overrides:
             self.become(index, self.outside(name), side)
+            side.within = before
             return
         plugin = node.props.plugin_name()
         read = _PLUGINS.get(plugin)
@@ -174,9 +177,8 @@ class LobeReader(LobeTable):
                     or "replace it, or render it diffuse, of its average reflectance, with --matte (matte=True)",
                 )
             )
-        self.within, before = (*self.within, name) if name else self.within, self.within
         read(self, index, side)
-        self.within = before
+        side.within = before
 
     def nested(self, index: int, side: Side) -> None:
         """Read the BSDFs inside a node."""

@@ -12,7 +12,7 @@ __all__ = ["Side", "Spectral"]
 
 @dataclass(frozen=True)
 class Spectral:
-    """A spectrum-valued property: its lobe but for the channel, and the value of its probe."""
+    """A spectrum-valued property: its lobe but for channel and ids, and the value of its probe."""
 
     row: int
     in_colours: bool
@@ -20,24 +20,28 @@ class Spectral:
     unit: float
     texture: int = -1
     angles: int = 0
+    gloss: bool = False
 
-    def lobe(self, channel: int) -> Lobe:
-        return Lobe(channel, self.row, self.unit, self.texture, self.angles)
+    def lobe(self, channel: int, ids: tuple[str, ...] = ()) -> Lobe:
+        return Lobe(channel, self.row, self.unit, self.texture, self.angles, self.gloss, ids)
 
 
 @dataclass
 class Side:
-    """One side of a BSDF while it is read."""
+    """One side of a BSDF while it is read; `within` are the ids of the BSDFs that are being read, from outside in."""
 
     where: str
     shape: int
+    within: tuple[str, ...] = ()
     taken: dict[int, Spectral] = field(default_factory=dict)
+    ids: dict[int, tuple[str, ...]] = field(default_factory=dict)  # of the BSDFs around each
     straight: bool = False
 
     def channel(self, spectral: Spectral, wanted: int | None) -> int:
         """Give a spectrum a channel; equal ones share it."""
         for channel, other in self.taken.items():
             if other == spectral and wanted in (None, channel):
+                self.ids[channel] = tuple(name for name in self.ids[channel] if name in self.within)
                 return channel
         free = [c for c in range(CHANNELS) if c not in self.taken]
         if wanted is not None:
@@ -51,5 +55,5 @@ class Side:
                     fix="give some of its parts one spectrum, or render it diffuse with --matte (matte=True)",
                 )
             )
-        self.taken[free[0]] = spectral
+        self.taken[free[0]], self.ids[free[0]] = spectral, self.within
         return free[0]

@@ -47,10 +47,6 @@ class LobeTable:
         As in `Lobes`.
     materials : list of Material
         Those rows that are materials.
-    bsdf_ids : dict of int to tuple of str
-        Ids of the BSDFs that each of them is read from, the outermost first.
-    within : tuple of str
-        Ids of the BSDFs that are being read.
     edits : dict of int to (str or None, dict)
         Plugin and properties that a node gets.
     read : dict of (int, str) to Spectral
@@ -58,15 +54,13 @@ class LobeTable:
     channel_of : dict of (int, str) to int
         The channel of a property of a node.
     white : Spectral
-        Reflectance 1.
+        Reflectance 1, of highlights and glass.
     """
 
     def __init__(self, state: Any, read_material: ReadMaterial) -> None:
         self.state = state
         self.read_material = read_material
         self.materials: list[Material] = []
-        self.bsdf_ids: dict[int, tuple[str, ...]] = {}
-        self.within: tuple[str, ...] = ()
         self.rows: list[LobeRow] = [Material("white", Spectrum.constant(1.0, name="white"))]
         self.colours: list[NDArray[np.float32]] = []
         self.textures: list[Texture] = []
@@ -74,7 +68,7 @@ class LobeTable:
         self.edits: dict[int, tuple[str | None, dict[str, Value]]] = {}
         self.read: dict[tuple[int, str], Spectral] = {}
         self.channel_of: dict[tuple[int, str], int] = {}
-        self.white = Spectral(0, False, 1.0, 1.0)
+        self.white = Spectral(0, False, 1.0, 1.0, gloss=True)
         self._warned = False
         self._in_colours: set[tuple[int, int]] = set()
 
@@ -111,7 +105,6 @@ class LobeTable:
 
     def of_material(self, material: Material) -> Spectral:
         """A new row for a material."""
-        self.bsdf_ids[len(self.materials)] = self.within
         self.materials.append(material)
         self.rows.append(material)
         mean = _of_probe(float(np.mean([material.reflectance.at(w) for w in _VISIBLE])))
