@@ -228,7 +228,7 @@ class TestBadInput:
         ("spoil", "says"),
         [
             (damaged, ("is damaged", "where:", "box.paths")),
-            (of_another_version, ("of another version", "got: version 99", "expected: version 1")),
+            (of_another_version, ("of another version", "got: version 99", "expected: version 2")),
             (flipped, ("are damaged", "a checksum is wrong", "fix: trace the scene again")),
             (Path.unlink, ("there is no such file", "where:", "box.paths")),
             (lambda box: box.write_text(GOOD), ("holds no light paths", "expected: a file written by")),

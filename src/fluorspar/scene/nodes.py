@@ -16,6 +16,7 @@ from typing import Any
 
 from fluorspar.errors import SceneError, message
 from fluorspar.scene.builtin import BUILTIN
+from fluorspar.scene.normals import settle_normals
 from fluorspar.scene.spectrum_files import with_spectrum_files
 from fluorspar.scene.suggestion import did_you_mean, plugin_names
 
@@ -280,26 +281,18 @@ def sides_of(state: Any, index: int, where: str) -> list[int]:
 def build(state: Any, index: int = 0) -> Any:
     """Build one node, with what hangs below it, as a Mitsuba object in the variant that is set.
 
-    By one thread: several add up the vertex normals of a mesh without any in an order that is never the same.
-
     Raises
     ------
     SceneError
         With Mitsuba's reason, if it refuses.
     """
-    import drjit as dr
     import mitsuba as mi
 
     part = copy_nodes(state)
     if index:
         part.nodes[0] = part.nodes[index]
-    config, threads = parser_config(mi.variant()), dr.thread_count()
-    alone = mi.variant().startswith("llvm")
-    if alone:
-        config.parallel = False  # with one thread it would wait for itself
-        dr.set_thread_count(1)
     try:
-        built = mi.parser.instantiate(config, part)
+        built = mi.parser.instantiate(parser_config(mi.variant()), part)
     except Exception as err:  # a missing mesh, a value out of range, ...
         node = part.nodes[0]
         where = "the scene" if kind(node) == "Scene" else f"{kind(node).lower()} {label(node, index)}"
@@ -312,11 +305,14 @@ def build(state: Any, index: int = 0) -> Any:
                 fix=_suggestion(str(err)),
             )
         ) from err
-    finally:
-        if alone:
-            dr.sync_thread()
-            dr.set_thread_count(threads)
-    return built[0] if isinstance(built, list) else built
+    built = built[0] if isinstance(built, list) else built
+    if not mi.variant().startswith("scalar"):
+        shapes = (
+            [built] if isinstance(built, mi.Shape) else built.shapes() if isinstance(built, mi.Scene) else []
+        )
+        for shape in shapes:
+            settle_normals(shape)
+    return built
 
 
 def _suggestion(reason: str) -> str:
