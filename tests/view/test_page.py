@@ -11,7 +11,9 @@ import pytest
 import fluorspar
 from devtools import opened_page
 from fluorspar import compare
-from fluorspar.colour.xyz import xyz_from_radiance
+from fluorspar.colour.xyz import lab_from_xyz, white_xyz, xyz_from_radiance
+from fluorspar.image.components import COMPONENTS
+from fluorspar.image.display.appearance import appearance
 from fluorspar.measuring.regions import measure_regions
 from fluorspar.view.opening import opened
 from fluorspar.view.server import Server
@@ -244,6 +246,41 @@ def test_two_images_are_compared(page, paths, dim):
     moved = changed(page, slider)
     page.click("#strip [data-value=map]")
     assert changed(page, moved) not in (before, slider)
+
+
+def test_b_is_seen_as_a_is(page, paths, dim):
+    """At its exposure, by an eye adapted to its light, which an image does not know; also its L*a*b*."""
+    other = {"name": "dim.nc", "source": "1", "relight": PLAIN, "weights": {}}
+    page.choose("[aria-label='White balance']", {"light": "light"})
+    page.choose("[aria-label='Compare with']", other)
+    page.wait("document.querySelector('#strip .numbers').textContent.includes('mean')")
+    page.click(place(page, WALL))
+    page.wait("document.querySelectorAll('.numbers-table thead th').length === 3")
+    settled(page)
+    a, b = (float(numbers(page, column)["L*"]) for column in (0, 1))
+    white = white_xyz(paths.job.scene.lights[0].spectrum.on(dim.wavelengths), dim.wavelengths)
+    exposure = appearance(paths.image().dataset, COMPONENTS, white=white).exposure
+    x, y = WALL
+    for lightness, image in ((a, paths.image()), (b, dim)):
+        xyz = xyz_from_radiance(image.total().values[y, x], image.wavelengths)
+        assert lightness == pytest.approx(lab_from_xyz(xyz, white / white[1] / exposure)[0], abs=0.02)
+    assert page.value("document.querySelector('.over-picture').hidden")
+
+
+def test_numbers_of_another_view_do_not_stay(page):
+    """A region that is not there leaves no older numbers below its name, and can be taken away."""
+    page.click(place(page, WALL))
+    numbers(page)
+    pins = quote(json.dumps({"panel": "spectrum", "pins": [{"region": [0, 0, 99, 99]}]}))
+    page.value(f"location.hash = '#{pins}'")
+    page.wait("document.querySelector('#panel .fault:not([hidden])') !== null")
+    assert page.value("document.querySelectorAll('.numbers-table td').length") == 0
+    assert "region 0, 0 to 99, 99" in page.value(
+        "document.querySelector('#panel .fault:not([hidden])').innerText"
+    )
+    page.click("[aria-label='Remove pin 1']")
+    page.wait("document.querySelector('.empty').checkVisibility()")
+    page.troubles.clear()  # what was refused
 
 
 def test_a_band_in_false_colour(page, paths):

@@ -75,11 +75,9 @@ def command_of(source: Source, view: View, supplies: Supplies) -> Command:
         words = ["fluorspar", "relight", paths, *_changes(source.job.scene, view, supplies, command)]
         command.lines.append(_joined([*words, "-o", "image.nc"]))
         image = "image.nc"
-    if source.kind == "scene":
-        command.notes.append(
-            "The window traces in passes of different seeds: the same image, but for its noise."
-        )
     command.lines.append(_joined(["fluorspar", "convert", image, "picture.png", *_white(view)]))
+    if view.mode != "colour" or view.gamut:
+        command.notes.append("False colours and marks are a way of looking: this picture is in plain colour.")
     if any(weight != 1 for weight in view.weights.values()):
         command.notes.append(
             "Weights of components are a way of looking: the image holds all of them as they are."

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.colour.adaptation import adapt_to_d65
-from fluorspar.colour.xyz import outside_srgb
+from fluorspar.colour.xyz import observer_weights, outside_srgb
+from fluorspar.errors import OptionError, message
 from fluorspar.image.components import TOTAL, definition, select
 from fluorspar.image.display.appearance import auto_exposure, show
 from fluorspar.image.display.picture import png_bytes
@@ -37,7 +38,7 @@ class Picture:
     ----------
     png : bytes
     facts : dict
-        For the header `X-Fluorspar`.
+        For the header `X-Fluorspar`; `white` is what the eye is adapted to.
     """
 
     png: bytes
@@ -61,6 +62,7 @@ def picture_of(kept: KeptImage, view: View, white: Array | None) -> Picture:
     """
     facts: dict[str, Any] = {
         "exposure": None,
+        "white": white,
         "white_at": None,
         "out_of_gamut": None,
         "range": None,
@@ -71,6 +73,11 @@ def picture_of(kept: KeptImage, view: View, white: Array | None) -> Picture:
         values, unit = layer_of(kept.image, view)
         rgb, limits = coloured(values, view.mode, view.range)
         return Picture(png_bytes(rgb, EFFORT), facts | {"range": limits, "unit": unit})
+    if not observer_weights(kept.image.wavelengths).any():
+        fix = "show a band in false colour"
+        raise OptionError(
+            message("no eye sees any wavelength of this image", got=kept.image.wavelengths, fix=fix)
+        )
     xyz, exposure = exposed(kept, view, white)
     shown = show(xyz, exposure)
     rgb = shown.bytes
