@@ -10,13 +10,14 @@ import pytest
 
 import fluorspar
 from devtools import opened_page
-from fluorspar import compare
+from fluorspar import SpectralImage, Wavelengths, compare
 from fluorspar.colour.xyz import lab_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.display.appearance import appearance
 from fluorspar.measuring.regions import measure_regions
 from fluorspar.view.opening import opened
 from fluorspar.view.server import Server
+from fluorspar.view.sources import ImageSource
 from fluorspar.view.supplies import Supplies
 from fluorspar.view.workspace import Workspace
 
@@ -295,6 +296,19 @@ def test_a_band_in_false_colour(page, paths):
     page.click("[data-value=relative_error]")
     page.wait("document.querySelector('.colour-bar .unit').textContent === 'of the radiance'")
     assert page.value("document.querySelector('.colour-bar .number').value") != ""
+
+
+def test_infrared_is_shown_as_bands(browser):
+    """In colour it would be black, and says so; the band to begin with is in its middle."""
+    grid = Wavelengths(900, 1000, 10)
+    image = ImageSource("nir.hdr", SpectralImage.from_arrays(np.ones((7, 4, 6, len(grid))), grid))
+    with Server(Workspace([image])) as server:
+        browser.open(server.address)
+        browser.wait("document.querySelector('.over-picture').innerText.includes('no eye sees')")
+        browser.click("[data-value=band]")
+        browser.wait("document.querySelector('.over-picture').hidden")
+        fields = "[...document.querySelectorAll('.band input')].map((field) => Number(field.value))"
+        assert browser.value(fields) == [940, 960]
 
 
 def test_dark_and_light(page):

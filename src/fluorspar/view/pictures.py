@@ -20,6 +20,7 @@ from fluorspar.image.units import is_radiance
 from fluorspar.view.false_colour import coloured, layer_of
 from fluorspar.view.kept_image import KeptImage
 from fluorspar.view.questions import View
+from fluorspar.view.sources import component_facts
 
 __all__ = ["EFFORT", "Picture", "components_of", "exposed", "exposure_of", "picture_of"]
 
@@ -134,16 +135,15 @@ def components_of(kept: KeptImage, view: View, white: Array | None) -> dict[str,
     whole = sum(luminances.values())
     every = max(1, -(-max(kept.image.size) // (2 * _THUMBNAIL)))
     rows = []
-    for name in held:
+    for facts in component_facts(held):
+        name = facts["name"]
         xyz = kept.xyz((name,))[::every, ::every]
         lit = bool(np.nansum(xyz[..., 1]) > 0)
         factor = float(2.0 ** np.floor(np.log2(auto_exposure(xyz) / exposure))) if lit else 1.0
         xyz = xyz if white is None else adapt_to_d65(xyz, white)
         rows.append(
-            {
-                "name": name,
-                "number": None if name == TOTAL else definition(name).number,
-                "label": name.replace("_", " "),
+            facts
+            | {
                 "meaning": "" if name == TOTAL else definition(name).meaning,
                 "share": luminances[name] / whole if whole else None,
                 "exposure_factor": factor,
