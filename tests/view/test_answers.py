@@ -137,6 +137,12 @@ def test_the_white_of_a_light_is_in_the_command_line(ask: Ask) -> None:
     assert ask("command", source="0")["notes"] == []
 
 
+def test_factors_are_not_rounded(ask: Ask) -> None:
+    relight = {"lights": {"light": {"factor": 0.3333333}}, "concentration": {"right-wall": 0.1234567}}
+    words = shlex.split(ask("command", source="2", relight=relight)["command"])
+    assert {"light=0.3333333", "right-wall=0.1234567"} <= set(words)
+
+
 def test_names_are_chosen_from_the_library(client: TestClient) -> None:
     library = client.get("api/about").json()["library"]
     paint = next(row for row in library["materials"] if row["name"] == "poster-red")

@@ -113,14 +113,14 @@ def _changes(scene: Scene, view: View, supplies: Supplies, command: Command) -> 
             command.notes.append(f"{value} is the file that was uploaded.")
         words += ["--material", f"{name}={value}"]
     for name, factor in relight.concentration.items():
-        words += ["--concentration", f"{name}={factor:g}"]
+        words += ["--concentration", f"{name}={factor:.15g}"]
     return words + [word for folder in supplies.folders for word in ("--library", str(folder))]
 
 
 def _light(scene: Scene, name: str, setting: LightSetting, supplies: Supplies, command: Command) -> str:
     """A name, a factor, or a file with the spectrum as it is."""
     if setting.spectrum is None:
-        return f"{setting.factor:.6g}"
+        return f"{setting.factor:.15g}"
     if setting.spectrum.name is not None and setting.factor == 1:
         return setting.spectrum.name
     file = f"{_OTHER.sub('_', name).strip('._') or 'light'}.csv"

@@ -84,10 +84,10 @@ def picture_of(kept: KeptImage, view: View, white: Array | None) -> Picture:
     rgb = shown.bytes
     if view.gamut:
         rgb[outside_srgb(np.nan_to_num(xyz), exposure)] = _MARK
-    absolute = is_radiance(kept.image.attrs)
+    black = view.exposure is None and not (xyz[..., 1] > 0).any()  # which suggests no exposure
     facts |= {
-        "exposure": exposure,
-        "white_at": 1 / exposure if absolute else None,
+        "exposure": None if black else exposure,
+        "white_at": 1 / exposure if is_radiance(kept.image.attrs) and not black else None,
         "out_of_gamut": shown.out_of_gamut,
     }
     return Picture(png_bytes(rgb, EFFORT), facts)
