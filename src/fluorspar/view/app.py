@@ -147,8 +147,9 @@ def _routes(workspace: Workspace) -> APIRouter:
 
     @routes.post("/api/command")
     def command(view: View) -> Response:
-        if isinstance(view.white, WhiteLight):  # a command line knows no lights, but any white
-            view = view.model_copy(update={"white": tuple(workspace.white(view))})
+        white = workspace.white(view) if isinstance(view.white, WhiteLight) else None
+        if white is not None:  # a command line does not know it by the light's name
+            view = view.model_copy(update={"white": tuple(white)})
         composed = command_of(workspace.source(view.source), view, workspace.supplies)
         words = {"command": "\n".join(composed.lines), "files": composed.files, "notes": composed.notes}
         return _json(words)
