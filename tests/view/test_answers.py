@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from pathlib import Path
 from typing import Any
@@ -123,6 +124,23 @@ def test_the_command_line_of_an_image_runs(
     assert program == "fluorspar"
     assert CliRunner().invoke(app, words).exit_code == 0
     assert Path("picture.png").is_file()
+
+
+def test_the_white_of_a_light_is_in_the_command_line(ask: Ask) -> None:
+    """As its XYZ: a command knows no lights of the scene; and what it does not do is said."""
+    view = {"source": "2", "white": {"light": "light"}}
+    words = shlex.split(ask("command", **view)["command"])
+    white = [float(value) for value in words[words.index("--white") + 1].split(",")]
+    facts = json.loads(ask("picture", **view).headers["X-Fluorspar"])
+    assert white == pytest.approx(facts["white"], rel=1e-5)
+    assert "plain colour" in " ".join(ask("command", source="0", mode="band")["notes"])
+    assert ask("command", source="0")["notes"] == []
+
+
+def test_factors_are_not_rounded(ask: Ask) -> None:
+    relight = {"lights": {"light": {"factor": 0.3333333}}, "concentration": {"right-wall": 0.1234567}}
+    words = shlex.split(ask("command", source="2", relight=relight)["command"])
+    assert {"light=0.3333333", "right-wall=0.1234567"} <= set(words)
 
 
 def test_names_are_chosen_from_the_library(client: TestClient) -> None:

@@ -10,11 +10,14 @@ import pytest
 
 import fluorspar
 from devtools import opened_page
-from fluorspar import compare
-from fluorspar.colour.xyz import xyz_from_radiance
+from fluorspar import SpectralImage, Wavelengths, compare
+from fluorspar.colour.xyz import lab_from_xyz, white_xyz, xyz_from_radiance
+from fluorspar.image.components import COMPONENTS
+from fluorspar.image.display.appearance import appearance
 from fluorspar.measuring.regions import measure_regions
 from fluorspar.view.opening import opened
 from fluorspar.view.server import Server
+from fluorspar.view.sources import ImageSource
 from fluorspar.view.supplies import Supplies
 from fluorspar.view.workspace import Workspace
 
@@ -246,6 +249,41 @@ def test_two_images_are_compared(page, paths, dim):
     assert changed(page, moved) not in (before, slider)
 
 
+def test_b_is_seen_as_a_is(page, paths, dim):
+    """At its exposure, by an eye adapted to its light, which an image does not know; also its L*a*b*."""
+    other = {"name": "dim.nc", "source": "1", "relight": PLAIN, "weights": {}}
+    page.choose("[aria-label='White balance']", {"light": "light"})
+    page.choose("[aria-label='Compare with']", other)
+    page.wait("document.querySelector('#strip .numbers').textContent.includes('mean')")
+    page.click(place(page, WALL))
+    page.wait("document.querySelectorAll('.numbers-table thead th').length === 3")
+    settled(page)
+    a, b = (float(numbers(page, column)["L*"]) for column in (0, 1))
+    white = white_xyz(paths.job.scene.lights[0].spectrum.on(dim.wavelengths), dim.wavelengths)
+    exposure = appearance(paths.image().dataset, COMPONENTS, white=white).exposure
+    x, y = WALL
+    for lightness, image in ((a, paths.image()), (b, dim)):
+        xyz = xyz_from_radiance(image.total().values[y, x], image.wavelengths)
+        assert lightness == pytest.approx(lab_from_xyz(xyz, white / white[1] / exposure)[0], abs=0.02)
+    assert page.value("document.querySelector('.over-picture').hidden")
+
+
+def test_numbers_of_another_view_do_not_stay(page):
+    """A region that is not there leaves no older numbers below its name, and can be taken away."""
+    page.click(place(page, WALL))
+    numbers(page)
+    pins = quote(json.dumps({"panel": "spectrum", "pins": [{"region": [0, 0, 99, 99]}]}))
+    page.value(f"location.hash = '#{pins}'")
+    page.wait("document.querySelector('#panel .fault:not([hidden])') !== null")
+    assert page.value("document.querySelector('.numbers-table').checkVisibility()") is False
+    assert "region 0, 0 to 99, 99" in page.value(
+        "document.querySelector('#panel .fault:not([hidden])').innerText"
+    )
+    page.click("[aria-label='Remove pin 1']")
+    page.wait("document.querySelector('.empty').checkVisibility()")
+    page.troubles.clear()  # what was refused
+
+
 def test_a_band_in_false_colour(page, paths):
     page.click("[data-value=band]")
     page.wait("document.querySelector('.bar').ariaLabel?.includes('W m')")
@@ -258,6 +296,36 @@ def test_a_band_in_false_colour(page, paths):
     page.click("[data-value=relative_error]")
     page.wait("document.querySelector('.colour-bar .unit').textContent === 'of the radiance'")
     assert page.value("document.querySelector('.colour-bar .number').value") != ""
+
+
+def test_infrared_is_shown_as_bands(browser):
+    """In colour it would be black, and says so; the band to begin with is in its middle."""
+    grid = Wavelengths(900, 1000, 10)
+    image = ImageSource("nir.hdr", SpectralImage.from_arrays(np.ones((7, 4, 6, len(grid))), grid))
+    with Server(Workspace([image])) as server:
+        browser.open(server.address)
+        browser.wait("document.querySelector('.over-picture')?.innerText.includes('no eye sees')")
+        browser.click("[data-value=band]")
+        browser.wait("document.querySelector('.over-picture').hidden")
+        fields = "[...document.querySelectorAll('.band input')].map((field) => Number(field.value))"
+        assert browser.value(fields) == [940, 960]
+
+
+def test_an_image_of_another_size_is_seen_whole(browser):
+    """However far somebody had moved into the one before."""
+    grid = Wavelengths(400, 700, 20)
+    sizes = {"small.nc": (6, 8), "large.nc": (600, 800)}
+    images = [
+        ImageSource(name, SpectralImage.from_arrays(np.ones((7, *size, len(grid)), np.float32), grid))
+        for name, size in sizes.items()
+    ]
+    with Server(Workspace(images)) as server:
+        browser.open(server.address)
+        settled(browser)
+        browser.key("+")
+        browser.choose("#toolbar [aria-label=Image]", "1")
+        browser.wait("document.title.startsWith('large')")
+        browser.wait("parseFloat(document.querySelector('.zoom').textContent) < 2")
 
 
 def test_dark_and_light(page):

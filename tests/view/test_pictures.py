@@ -153,3 +153,14 @@ def test_everything_switched_off_is_black(ask: Ask, image: SpectralImage) -> Non
     assert ask("components", source="0", weights=nothing)["components"][0]["share"] is None
     spectrum = ask("spectrum", source="0", region=[0, 0, 1, 1], weights=nothing, reference=[0, 0, 0, 0])
     assert (spectrum["luminance"], spectrum["xy"], spectrum["cct"]) == (0, [None, None], None)
+
+
+def test_visible_lamps_alone(ask: Ask, image: SpectralImage) -> None:
+    """Have the exposure that `appearance` gives them; black suggests none."""
+    others = dict.fromkeys(image.components[1:], 0.0)
+    response = ask("picture", source="0", weights=others)
+    shown = appearance(image.dataset, ["source"])
+    assert facts_of(response)["exposure"] == shown.exposure
+    assert np.array_equal(pixels_of(response), shown.bytes)
+    black = facts_of(ask("picture", source="0", weights=others | {"source": 0.0}))
+    assert (black["exposure"], black["white_at"]) == (None, None)

@@ -67,6 +67,7 @@ def test_a_region_that_is_not_in_the_image(refused: Ask, region: list[int]) -> N
         ({"materials": {"left-wall": "poster-pink"}}, "no such material"),
         ({"materials": {"left-wall": "/etc/passwd"}}, "no such material"),
         ({"materials": {"left-wall": "poster-red:0.5,/etc/passwd:0.5"}}, "no such material"),
+        ({"materials": {"left-wall": ",".join(25 * ["poster-red:0.5"])}}, "add up to 1"),
         ({"materials": {"left-wall": "upload:nothing"}}, "no such upload"),
         ({"concentration": {"left-wall": -1}}, "concentration"),
         ({"concentration": {"roof": 2}}, "no shape or BSDF 'roof'"),
@@ -117,3 +118,10 @@ def test_a_fault_of_ours_is_said(
     assert response.status_code == 500
     assert "ZeroDivisionError('oh')" in response.json()["error"]
     assert "Traceback" in caplog.text
+
+
+def test_pins_are_told_apart(refused: Ask) -> None:
+    """Each is a line of the table, and none is left out."""
+    pins = [{"name": "wall", "region": [x, 0, x, 0]} for x in (0, 1)]
+    assert "the same name got: wall" in refused("csv", source="0", pins=pins)
+    assert "name" in refused("csv", source="0", pins=[{"name": "wall\n1", "region": [0, 0, 0, 0]}])

@@ -84,14 +84,16 @@ def test_errors_of_tracing_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
         workspace.image(VIEW)
 
 
-def test_it_ends_where_the_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is traced stays."""
-    monkeypatch.setattr("fluorspar.view.scene_source.available_memory", lambda: 1000)
+@pytest.mark.parametrize("traced", [0, 1])
+def test_it_ends_where_the_memory_does(monkeypatch: pytest.MonkeyPatch, traced: int) -> None:
+    """What is traced stays; what could never fit is not begun."""
     scene = source()
+    available = "fluorspar.view.scene_source.available_memory"
+    monkeypatch.setattr(available, lambda: 1000 if scene.generation == traced else 2**40)
     scene.start(Turns())
     wait_until(lambda: scene.progress()["progress"] is None)
-    assert "4 of 8 samples" in str(scene.progress()["error"])
-    assert scene.generation == 1
+    assert f"{4 * traced} of 8 samples" in str(scene.progress()["error"])
+    assert scene.generation == traced
 
 
 def test_it_stops_when_the_window_is_closed() -> None:

@@ -20,7 +20,16 @@ def test_without_the_token_there_is_nothing(client: TestClient, path: str) -> No
 
 @pytest.mark.parametrize(
     "host",
-    ["evil.example:8123", "127.0.0.1", "127.0.0.1:80", "127.0.0.1:8123.evil.example", "", "a@127.0.0.1:8123"],
+    [
+        "evil.example:8123",
+        "127.0.0.1",
+        "127.0.0.1:80",
+        "127.0.0.1:8123.evil.example",
+        "",
+        "a@127.0.0.1:8123",
+        "127.0.0.1:8123?x",
+        "127.0.0.1:8123#x",
+    ],
 )
 def test_another_name_of_the_host_is_refused(client: TestClient, host: str) -> None:
     """DNS rebinding: a foreign name that resolves to this computer."""

@@ -110,3 +110,8 @@ def test_paths_of_a_file(paths: LightPaths, tmp_path: Path) -> None:
     (source,) = opened([str(tmp_path / "box.paths")], Supplies())
     assert source.kind == "paths"
     assert source.job.scene.name == fluorspar.load_scene("cornell-box").name
+
+
+def test_an_address_that_is_none() -> None:
+    with pytest.raises(OptionError, match="cannot listen there"):
+        Server(Workspace([]), host=f"{'a' * 100}.\u00e9")

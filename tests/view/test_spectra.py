@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from window_parts import Ask
 
-from fluorspar import Point, SpectralImage, measure
+from fluorspar import Point, SpectralImage, Wavelengths, measure
 from fluorspar.colour.xyz import lab_from_xyz
 from fluorspar.image.display.appearance import appearance
 from fluorspar.measuring.point_spectra import read_point_spectra, write_point_spectra
 from fluorspar.measuring.regions import measure_regions
+from fluorspar.view.sources import ImageSource
+from fluorspar.view.workspace import Workspace
 
 
 def test_a_pixel_is_what_measure_says(ask: Ask, image: SpectralImage) -> None:
@@ -89,3 +91,21 @@ def test_the_table_is_that_of_measure(ask: Ask, image: SpectralImage, tmp_path: 
     (tmp_path / "b.csv").write_bytes(response.content)
     read = read_point_spectra(tmp_path / "b.csv")
     assert read.at("2") == pytest.approx(measure(image, [Point("2", (5, 5))], aperture="1px").at("2"))
+
+
+def test_infrared_has_a_spectrum(ask: Ask, refused: Ask, workspace: Workspace) -> None:
+    """But no colour: the picture says so instead of being black."""
+    grid = Wavelengths(900, 1000, 20)
+    workspace.sources["0"] = ImageSource("nir.hdr", SpectralImage.from_arrays(np.ones((7, 4, 6, 6)), grid))
+    answer = ask("spectrum", source="0", region=[0, 0, 1, 1])
+    assert answer["total"] == [7.0] * 6
+    assert (answer["luminance"], answer["lab"], answer["cct"]) == (0.0, None, None)
+    assert "900-1000 nm by 20 fix: show a band" in refused("picture", source="0")
+    assert ask("picture", source="0", mode="band").status_code == 200
+
+
+def test_a_pixel_that_was_not_rendered_is_named(refused: Ask, workspace: Workspace) -> None:
+    radiance = np.full((7, 4, 6, 6), np.nan)
+    image = SpectralImage.from_arrays(radiance, Wavelengths(500, 600, 20))
+    workspace.sources["0"] = ImageSource("torn.nc", image)
+    assert "not rendered where: region 1, 2 to 3, 3" in refused("spectrum", source="0", region=[1, 2, 3, 3])

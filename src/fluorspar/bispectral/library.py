@@ -60,7 +60,7 @@ def material(
     if name in known:
         return read_material(known[name])
     parts = [_MIXTURE.match(part.strip()) for part in name.split(",")]
-    if all(parts) and not Path(name).is_file():
+    if all(parts) and not os.path.isfile(name):  # Path.is_file fails on long names
         ingredients = [(part["name"], part["weight"]) for part in parts if part]
         return mix(
             [(material(part, directories, base=base), _weight(weight, name)) for part, weight in ingredients],

@@ -19,7 +19,7 @@ from starlette.background import BackgroundTask
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp
 
-from fluorspar.errors import FluorsparError
+from fluorspar.errors import FluorsparError, OptionError, message
 from fluorspar.image.weighting import weighted
 from fluorspar.version import __version__
 from fluorspar.view.command_line import command_of
@@ -39,6 +39,7 @@ from fluorspar.view.questions import (
     Saved,
     SpectrumAsked,
     View,
+    WhiteLight,
 )
 from fluorspar.view.saving import KINDS, file_name, written
 from fluorspar.view.security import Gate, Guard
@@ -146,6 +147,9 @@ def _routes(workspace: Workspace) -> APIRouter:
 
     @routes.post("/api/command")
     def command(view: View) -> Response:
+        white = workspace.white(view) if isinstance(view.white, WhiteLight) else None
+        if white is not None:  # a command line does not know it by the light's name
+            view = view.model_copy(update={"white": tuple(white)})
         composed = command_of(workspace.source(view.source), view, workspace.supplies)
         words = {"command": "\n".join(composed.lines), "files": composed.files, "notes": composed.notes}
         return _json(words)
@@ -182,6 +186,9 @@ def _spectra(workspace: Workspace, view: View, pins: Sequence[Pin]) -> bytes:
     """The table of regions, of the whole image if there are none."""
     kept = workspace.image(view)
     width, height = kept.image.size
+    names = [pin.name for pin in pins]
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise OptionError(message("two pins have the same name", got=", ".join(sorted(twice))))
     regions = {pin.name: pin.region for pin in pins} or {"all": (0, 0, width - 1, height - 1)}
     return table_of(regions_of(kept, view, regions, workspace.source(view.source).name))
 

@@ -75,11 +75,9 @@ def command_of(source: Source, view: View, supplies: Supplies) -> Command:
         words = ["fluorspar", "relight", paths, *_changes(source.job.scene, view, supplies, command)]
         command.lines.append(_joined([*words, "-o", "image.nc"]))
         image = "image.nc"
-    if source.kind == "scene":
-        command.notes.append(
-            "The window traces in passes of different seeds: the same image, but for its noise."
-        )
     command.lines.append(_joined(["fluorspar", "convert", image, "picture.png", *_white(view)]))
+    if view.mode != "colour" or view.gamut:
+        command.notes.append("False colours and marks are a way of looking: this picture is in plain colour.")
     if any(weight != 1 for weight in view.weights.values()):
         command.notes.append(
             "Weights of components are a way of looking: the image holds all of them as they are."
@@ -115,14 +113,14 @@ def _changes(scene: Scene, view: View, supplies: Supplies, command: Command) -> 
             command.notes.append(f"{value} is the file that was uploaded.")
         words += ["--material", f"{name}={value}"]
     for name, factor in relight.concentration.items():
-        words += ["--concentration", f"{name}={factor:g}"]
+        words += ["--concentration", f"{name}={factor:.15g}"]
     return words + [word for folder in supplies.folders for word in ("--library", str(folder))]
 
 
 def _light(scene: Scene, name: str, setting: LightSetting, supplies: Supplies, command: Command) -> str:
     """A name, a factor, or a file with the spectrum as it is."""
     if setting.spectrum is None:
-        return f"{setting.factor:.6g}"
+        return f"{setting.factor:.15g}"
     if setting.spectrum.name is not None and setting.factor == 1:
         return setting.spectrum.name
     file = f"{_OTHER.sub('_', name).strip('._') or 'light'}.csv"

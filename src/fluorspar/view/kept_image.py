@@ -59,6 +59,8 @@ class KeptImage:
     def weighted_xyz(self, weights: Mapping[str, float]) -> tuple[Array, Array | float]:
         """XYZ of everything but visible lamps, and of these, each component times its weight (absent: 1).
 
+        If nothing else is shown, visible lamps are no exception, as in `appearance`.
+
         Parameters
         ----------
         weights : mapping of str to float
@@ -70,15 +72,15 @@ class KeptImage:
         """
         factors = factors_of(self.image, weights)
         held = self.image.components
-        lit = tuple(name for name in held if name != "source") or held
-        if all(factors[name] == 1.0 for name in lit):
+        shown = tuple(name for name in held if factors[name]) or held
+        lit = tuple(name for name in shown if name != "source") or shown
+        if len(lit) >= len(held) - 1 and all(factors[name] == 1.0 for name in lit):
             sum_of_lit = self.xyz(lit)
         else:
             sum_of_lit = np.zeros((*self.image.shape[1:3], 3))
             for name in lit:
-                if factors[name]:
-                    sum_of_lit += factors[name] * self.xyz((name,))
-        return sum_of_lit, 0.0 if lit == held else factors["source"] * self.xyz(("source",))
+                sum_of_lit += factors[name] * self.xyz((name,))
+        return sum_of_lit, 0.0 if lit == shown else factors["source"] * self.xyz(("source",))
 
     def exposure(self, of: tuple[object, ...], lit: Callable[[], Array]) -> float:
         """The exposure of XYZ without visible lamps, which is asked for unless that of the same is known."""

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.colour.adaptation import adapt_to_d65
-from fluorspar.colour.xyz import outside_srgb
+from fluorspar.colour.xyz import observer_weights, outside_srgb
+from fluorspar.errors import OptionError, message
 from fluorspar.image.components import TOTAL, definition, select
 from fluorspar.image.display.appearance import auto_exposure, show
 from fluorspar.image.display.picture import png_bytes
@@ -19,6 +20,7 @@ from fluorspar.image.units import is_radiance
 from fluorspar.view.false_colour import coloured, layer_of
 from fluorspar.view.kept_image import KeptImage
 from fluorspar.view.questions import View
+from fluorspar.view.sources import component_facts
 
 __all__ = ["EFFORT", "Picture", "components_of", "exposed", "exposure_of", "picture_of"]
 
@@ -37,7 +39,7 @@ class Picture:
     ----------
     png : bytes
     facts : dict
-        For the header `X-Fluorspar`.
+        For the header `X-Fluorspar`; `white` is what the eye is adapted to.
     """
 
     png: bytes
@@ -61,6 +63,7 @@ def picture_of(kept: KeptImage, view: View, white: Array | None) -> Picture:
     """
     facts: dict[str, Any] = {
         "exposure": None,
+        "white": white,
         "white_at": None,
         "out_of_gamut": None,
         "range": None,
@@ -71,15 +74,20 @@ def picture_of(kept: KeptImage, view: View, white: Array | None) -> Picture:
         values, unit = layer_of(kept.image, view)
         rgb, limits = coloured(values, view.mode, view.range)
         return Picture(png_bytes(rgb, EFFORT), facts | {"range": limits, "unit": unit})
+    if not observer_weights(kept.image.wavelengths).any():
+        fix = "show a band in false colour"
+        raise OptionError(
+            message("no eye sees any wavelength of this image", got=kept.image.wavelengths, fix=fix)
+        )
     xyz, exposure = exposed(kept, view, white)
     shown = show(xyz, exposure)
     rgb = shown.bytes
     if view.gamut:
         rgb[outside_srgb(np.nan_to_num(xyz), exposure)] = _MARK
-    absolute = is_radiance(kept.image.attrs)
+    black = view.exposure is None and not (xyz[..., 1] > 0).any()  # which suggests no exposure
     facts |= {
-        "exposure": exposure,
-        "white_at": 1 / exposure if absolute else None,
+        "exposure": None if black else exposure,
+        "white_at": 1 / exposure if is_radiance(kept.image.attrs) and not black else None,
         "out_of_gamut": shown.out_of_gamut,
     }
     return Picture(png_bytes(rgb, EFFORT), facts)
@@ -127,16 +135,15 @@ def components_of(kept: KeptImage, view: View, white: Array | None) -> dict[str,
     whole = sum(luminances.values())
     every = max(1, -(-max(kept.image.size) // (2 * _THUMBNAIL)))
     rows = []
-    for name in held:
+    for facts in component_facts(held):
+        name = facts["name"]
         xyz = kept.xyz((name,))[::every, ::every]
         lit = bool(np.nansum(xyz[..., 1]) > 0)
         factor = float(2.0 ** np.floor(np.log2(auto_exposure(xyz) / exposure))) if lit else 1.0
         xyz = xyz if white is None else adapt_to_d65(xyz, white)
         rows.append(
-            {
-                "name": name,
-                "number": None if name == TOTAL else definition(name).number,
-                "label": name.replace("_", " "),
+            facts
+            | {
                 "meaning": "" if name == TOTAL else definition(name).meaning,
                 "share": luminances[name] / whole if whole else None,
                 "exposure_factor": factor,

@@ -118,7 +118,7 @@ class SpectrumAsked(View):
 class Pin(_Question):
     """A region that was given a name."""
 
-    name: Annotated[str, Field(min_length=1, max_length=200)]
+    name: Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]+$")]  # a line of the table
     region: Region
 
 

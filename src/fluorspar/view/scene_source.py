@@ -20,6 +20,7 @@ __all__ = ["SceneSource", "level_sizes"]
 _FIRST = 4  # samples per pixel of what is seen first
 _MORE = 4  # times as many at each further level: half the noise
 _SHARE = 2  # of the memory that is free, for paths
+_LIKELY = 25  # bytes of a sample, before any is traced
 _LONGEST = 30.0  # seconds that a chunk waits for those who look: the first picture is compiled
 
 
@@ -94,8 +95,9 @@ class SceneSource(PathsSource):
         self.generation += 1  # afterwards: an image is never taken for a better one than it is
 
     def _check_memory(self, spp: int) -> None:
-        paths = self.paths
-        if paths is not None and paths.nbytes / self.samples * spp > available_memory() / _SHARE:
+        settings = self.job.scene.settings
+        known = self.paths.nbytes / self.samples if self.paths else _LIKELY * settings.width * settings.height
+        if known * spp > available_memory() / _SHARE:
             fix = "fewer samples (--spp), a smaller image (--size), or light paths in a file ('fluorspar trace')"
             got = f"{self.samples} of {self.job.scene.settings.spp} samples are traced"
             raise OptionError(

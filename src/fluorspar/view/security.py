@@ -72,7 +72,7 @@ class Guard:
             name, port = parts.hostname or "", parts.port or 80
         except ValueError:
             return False
-        if port != self.port or parts.path or parts.username is not None:
+        if port != self.port or parts.netloc != host or parts.username is not None:
             return False
         return name in self._names() or (self.host in _EVERYWHERE and _is_address(name))
 

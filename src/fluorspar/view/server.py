@@ -98,7 +98,8 @@ def _listening(host: str, port: int) -> socket.socket:
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((host, port))
-    except (OSError, OverflowError) as err:
+        listening.listen()  # from now on nobody else can have the port
+    except (OSError, OverflowError, TypeError) as err:
         listening.close()
         fix = "choose another --port (0: any that is free), or an address of this computer (--host)"
         raise OptionError(message("cannot listen there", where=f"{host}:{port}", got=err, fix=fix)) from err

@@ -41,14 +41,15 @@ def spectrum_of(kept: KeptImage, asked: SpectrumAsked, white: Array) -> dict[str
     image = kept.image
 
     def mean(region: Region, component: str | None = None) -> PointSpectra:
-        return measure_regions(image, {"region": region}, component=component, weights=asked.weights)
+        name = "{}, {} to {}, {}".format(*region)
+        return measure_regions(image, {name: region}, component=component, weights=asked.weights)
 
     measured = mean(asked.region)
-    parts = {name: mean(asked.region, name).at("region") for name in image.components}
-    total, grid = measured.at("region"), image.wavelengths
+    parts = {name: mean(asked.region, name).radiance[0] for name in image.components}
+    total, grid = measured.radiance[0], image.wavelengths
     relative = None
     if asked.reference is not None:
-        reference = mean(asked.reference).at("region")
+        reference = mean(asked.reference).radiance[0]
         white = xyz_from_radiance(reference, grid)
         relative = np.divide(total, reference, out=np.full_like(total, np.nan), where=reference > 0)
     xyz = xyz_from_radiance(total, grid)

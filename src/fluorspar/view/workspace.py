@@ -151,11 +151,15 @@ class Workspace:
         return matrix_of(material_on(scene, asked.surface, asked.side), job.computed_grid)
 
     def white_of_lab(self, view: View) -> Array:
-        """The white of CIELAB where no region is the white: that of the picture, D65 unless it is adapted."""
+        """The white of CIELAB where no region is the white: that of the picture, D65 unless it is adapted.
+
+        NaN if no wavelength of the image can be seen.
+        """
         white, kept = self.white(view), self.image(view)
         exposure = exposure_of(kept, view, white)
         seen = _daylight(kept.image.wavelengths) if white is None else white
-        return np.asarray(seen / seen[1] / exposure)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(seen / seen[1] / exposure)
 
     def menus(self) -> dict[str, Any]:
         """What lamps and dyes there are to choose from."""
@@ -164,10 +168,11 @@ class Workspace:
 
     def about(self) -> list[dict[str, Any]]:
         """Every source with its id."""
-        return [
-            {"id": name, "name": source.name, "kind": source.kind} | source.about() | source.progress()
-            for name, source in self.sources.items()
-        ]
+        with self._turns.looking(None):  # colours of materials are made, once
+            return [
+                {"id": name, "name": source.name, "kind": source.kind} | source.about() | source.progress()
+                for name, source in self.sources.items()
+            ]
 
     def progress(self) -> list[dict[str, Any]]:
         """How far the tracing of every source is."""
@@ -176,5 +181,7 @@ class Workspace:
 
 @lru_cache(maxsize=32)
 def _daylight(grid: Wavelengths) -> Array:
-    """XYZ of D65."""
-    return white_xyz(illuminant("D65").on(grid, outside="hold"), grid)
+    """XYZ of D65; 0 if none of it is in the grid."""
+    daylight = illuminant("D65")
+    seen = grid.start <= daylight.wavelengths[-1] and grid.stop >= daylight.wavelengths[0]
+    return white_xyz(daylight.on(grid, outside="hold"), grid) if seen else np.zeros(3)

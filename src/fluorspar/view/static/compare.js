@@ -4,9 +4,9 @@ import { choice } from "./choice.js";
 import { h } from "./element.js";
 import { chosenIn, fillSelect } from "./menu.js";
 import { shown } from "./numbers.js";
+import { UNCHANGED } from "./state.js";
 
 const KEEP = "keep";
-const unchanged = { lights: {}, materials: {}, concentration: {} };
 const isRelit = ({ relight }) => Object.values(relight).some((changes) => Object.keys(changes).length);
 
 /** The menu in the toolbar: what to compare with. */
@@ -15,8 +15,8 @@ export function compareMenu(store, about) {
   const others = () => {
     const { view } = store.state;
     const rest = about.sources.filter(({ id }) => id !== view.source);
-    const before = isRelit(view) ? [[{ name: "as it was", source: view.source, relight: unchanged, weights: view.weights }, "The light as it was"]] : [];
-    return [...before, ...rest.map(({ id }) => [{ name: about.title(id), source: id, relight: unchanged, weights: {} }, about.title(id)])];
+    const before = isRelit(view) ? [[{ name: "as it was", source: view.source, relight: UNCHANGED, weights: view.weights }, "The light as it was"]] : [];
+    return [...before, ...rest.map(({ id }) => [{ name: about.title(id), source: id, relight: UNCHANGED, weights: {} }, about.title(id)])];
   };
   const fill = () => {
     const { other } = store.state;

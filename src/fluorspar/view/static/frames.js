@@ -3,10 +3,14 @@
 import * as api from "./api.js";
 import { latest } from "./latest.js";
 
-/** B looks as A does, with its own source, light and weights. */
-export function viewOfOther(state) {
-  const { source, relight, weights } = state.other;
-  return { ...state.view, source, relight, weights };
+/**
+ * B looks as A does, with its own source, light and weights. `shown`: facts of A's picture, for B is seen at the same
+ * exposure; and by an eye adapted to the same light, if B knows nothing of that light.
+ */
+export function viewOfOther({ view, other }, shown = {}) {
+  const { source, relight, weights } = other;
+  const white = view.white?.light && source !== view.source ? (shown.white ?? null) : view.white;
+  return { ...view, source, relight, weights, white, exposure: shown.exposure ?? view.exposure };
 }
 
 async function decoded(address) {
@@ -18,7 +22,7 @@ async function decoded(address) {
 
 /** Says "change" when there is something new to draw, "work" when it begins or ends asking. */
 export class Frames extends EventTarget {
-  a = null; // {bitmap, facts}
+  a = null; // {bitmap, facts, source, mode}
   b = null;
   difference = null; // {image, facts}
   error = null; // the server's words on what could not be drawn
@@ -55,10 +59,8 @@ export class Frames extends EventTarget {
     try {
       await this.#picture("a", { ...state.view, coarse: live });
       if (state.other && this.#about.ready(state.other.source)) {
-        // one exposure for both: automatic ones would hide that B is darker
-        const { exposure, range } = this.a.facts;
-        const shared = { exposure: exposure ?? state.view.exposure, range: range ?? state.view.range };
-        await this.#picture("b", { ...viewOfOther(state), ...shared, coarse: live });
+        const { facts } = this.a; // automatic exposures would hide that B is darker
+        await this.#picture("b", { ...viewOfOther(state, facts), range: facts.range ?? state.view.range, coarse: live });
         if (!live) await this.#map(state);
       } else if (this.b) {
         this.b = this.difference = null;
@@ -87,15 +89,22 @@ export class Frames extends EventTarget {
   async #picture(name, view) {
     const key = this.#isNew(name, view);
     if (!key) return;
-    const answer = await api.picture(view);
-    this[name]?.bitmap.close();
-    this[name] = answer;
+    const { source, mode } = view;
+    try {
+      const answer = await api.picture(view);
+      this[name]?.bitmap.close();
+      this[name] = { ...answer, source, mode };
+    } catch (error) {
+      const old = this[name];
+      if (old && (old.source !== source || old.mode !== mode)) this[name] = this.#keys[name] = null; // it shows something else
+      throw error;
+    }
     this.#keys[name] = key;
     this.#tell("change");
   }
 
   async #map(state) {
-    const views = [{ ...state.view, coarse: false }, viewOfOther(state)];
+    const views = [state.view, state.other].map(({ source, relight, weights }) => ({ source, relight, weights }));
     const key = this.#isNew("difference", ...views);
     if (!key) return;
     try {

@@ -18,7 +18,8 @@ function written(value) {
   return Object.entries(value).filter(([, inner]) => inner !== "" && inner !== null).map(([key, inner]) => `${key}: ${written(inner)}`).join("\n");
 }
 
-export function infoPanel(node, { store, about, frames }) {
+/** `mark(is)`: whether there is something to read. */
+export function infoPanel(node, { store, about, frames }, mark) {
   const facts = h("dl", { class: "facts" });
   const notes = h("ul", { class: "notes" });
   node.append(h("h2", {}, "Image"), facts, notes, h("p", { class: "hint" }, "Fluorspar ", h("span", { class: "version" })));
@@ -39,7 +40,9 @@ export function infoPanel(node, { store, about, frames }) {
     node.querySelector(".version").textContent = about.version;
   }
   frames.addEventListener("change", () => {
-    notes.replaceChildren(...(frames.a?.facts.notes ?? []).map((note) => h("li", {}, note)));
+    const texts = frames.a?.facts.notes ?? [];
+    notes.replaceChildren(...texts.map((text) => h("li", {}, text)));
+    mark(texts.length > 0);
   });
   about.addEventListener("change", put);
   store.watch(({ view }) => view.source, put);

@@ -96,7 +96,7 @@ async function start() {
   spectrumPanel(panel.pages.spectrum, { ...context, hovered });
   relightPanel(panel.pages.relight, context, (is) => panel.show("relight", is));
   savePanel(panel.pages.save, context);
-  infoPanel(panel.pages.info, context);
+  infoPanel(panel.pages.info, context, (is) => panel.mark("info", is));
   statusLine(part("status"), context);
 
   const bindings = shortcuts(context, tools, panel);

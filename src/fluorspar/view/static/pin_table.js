@@ -26,6 +26,7 @@ export function fillPinTable(table, { a, b }, { pins, active, other }) {
   const columns = a.map((answer, index) => [h("span", {}, swatch(pinColour(index)), `${index + 1}`), answer, pins[index].region]);
   if (b) columns.push([h("span", { title: other.name }, "B"), b, pins[active].region]);
   const row = (label, cells, attributes = {}) => h("tr", attributes, h("th", { scope: "row" }, label), cells.map((cell) => h("td", {}, cell)));
+  table.hidden = !columns.length;
   table.replaceChildren(
     h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Pin"), columns.map(([head]) => h("th", { scope: "col" }, head)))),
     h(

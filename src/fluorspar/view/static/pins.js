@@ -30,13 +30,13 @@ export class PinSpectra {
     return this.#kept.get(key);
   }
 
-  /** {a: [answer for each pin], b: answer of the active pin in the image compared with, or null}. */
-  async all(state) {
+  /** {a: [answer for each pin], b: answer of the active pin in the image compared with, or null}; `shown`: see `viewOfOther`. */
+  async all(state, shown) {
     const { view, pins, active, relative, other } = state;
     const reference = relative ? pins[0].region : null;
     const a = [];
     for (const { region } of pins) a.push(await this.#one(view, region, reference));
-    const b = other && pins[active] ? await this.#one(viewOfOther(state), pins[active].region, null) : null;
+    const b = other && pins[active] ? await this.#one(viewOfOther(state, shown), pins[active].region, null) : null;
     return { a, b };
   }
 }

@@ -2,19 +2,18 @@
 
 import { h } from "./element.js";
 import { lightCards } from "./lights.js";
+import { UNCHANGED } from "./state.js";
 import { surfaceCards } from "./surfaces.js";
-
-const NOTHING = { lights: {}, materials: {}, concentration: {} };
 
 /** `show(is)`: whether the tab is there at all: an image alone knows nothing of its lights. */
 export function relightPanel(node, context, show) {
   const { store, about } = context;
-  const reset = h("button", { type: "button", title: "Lights and materials as in the scene", click: () => store.change(({ view }) => (view.relight = structuredClone(NOTHING))) }, "As in the scene");
+  const reset = h("button", { type: "button", title: "Lights and materials as in the scene", click: () => store.change(({ view }) => (view.relight = UNCHANGED)) }, "As in the scene");
   const [lights, surfaces] = [h("div"), h("div")];
   node.append(h("div", { class: "heading" }, h("h2", {}, "Lights"), reset), lights, h("div", { class: "heading" }, h("h2", {}, "Materials and dyes")), surfaces);
   const parts = [lightCards(lights, context), surfaceCards(surfaces, context)];
   const put = () => {
-    reset.disabled = JSON.stringify(store.view.relight) === JSON.stringify(NOTHING);
+    reset.disabled = JSON.stringify(store.view.relight) === JSON.stringify(UNCHANGED);
     for (const part of parts) part.put();
   };
   let built = "";

@@ -12,7 +12,7 @@ import { PinSpectra } from "./pins.js";
 import { Plot } from "./plot.js";
 import { highest, layersOf, presentIn, totalOf } from "./spectrum_layers.js";
 
-export function spectrumPanel(node, { store, about, stage, hovered }) {
+export function spectrumPanel(node, { store, about, stage, frames, hovered }) {
   const fault = notice();
   const spectra = new PinSpectra((id) => about.generation(id));
   const plot = new Plot({ width: 384, height: 192, label: "Spectrum" });
@@ -74,9 +74,8 @@ export function spectrumPanel(node, { store, about, stage, hovered }) {
   const refresh = latest(async () => {
     const { state, live } = store;
     if (state.panel !== "spectrum" || live) return;
-    const got = state.pins.length ? await fault.of(() => spectra.all(state)) : { a: [], b: null };
-    if (!got) return;
-    [answers, answered] = [got, state];
+    const got = state.pins.length ? await fault.of(() => spectra.all(state, frames.a?.facts)) : { a: [], b: null };
+    [answers, answered] = [got ?? { a: [], b: null }, state]; // numbers of another view must not stay
     paint();
   });
 
@@ -129,6 +128,7 @@ export function spectrumPanel(node, { store, about, stage, hovered }) {
     if (store.state.panel === "spectrum") draw();
   });
   about.addEventListener("change", refresh);
+  frames.addEventListener("change", () => store.state.other && refresh()); // B is seen as A's picture is
   store.watch(
     ({ panel, view, pins, active, relative: isRelative, other }) => [
       panel, store.live, view.source, view.relight, view.weights, view.exposure, view.white, view.mode, view.band, pins, active, isRelative, other,

@@ -37,8 +37,11 @@ export class Stage extends EventTarget {
       if (this.#viewport.fitted) this.fit();
       this.#redraw();
     }).observe(this.#canvas);
+    let size = "";
     frames.addEventListener("change", () => {
-      if (this.#viewport.fitted) this.fit();
+      const before = size;
+      if (this.#picture) size = `${this.#picture.width} ${this.#picture.height}`;
+      if (this.#viewport.fitted || size !== before) this.fit(); // another image may lie where nobody looks
       this.#fault.textContent = frames.error?.message ?? "";
       this.#fault.hidden = !frames.error;
       this.#redraw();

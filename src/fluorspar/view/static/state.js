@@ -5,11 +5,14 @@ const UNDO_STEPS = 200;
 const LAYOUTS = ["slider", "side", "map"];
 const PANELS = ["components", "spectrum", "relight", "save", "info"];
 
+/** The lights and materials of the scene. */
+export const UNCHANGED = { lights: {}, materials: {}, concentration: {} };
+
 /** How a source is looked at before anything was changed. */
 export function plainView(source) {
   return {
     source,
-    relight: { lights: {}, materials: {}, concentration: {} },
+    relight: UNCHANGED,
     weights: {},
     mode: "colour",
     band: null,

@@ -40,6 +40,10 @@ export function tabs(store, labels) {
     nodes: [list, ...Object.values(pages)],
     pages,
     step,
+    /** Marks a tab, for there is something to read. */
+    mark(name, is) {
+      buttons.find(([of]) => of === name)[1].classList.toggle("marked", is);
+    },
     show(name, is) {
       buttons.find(([of]) => of === name)[1].hidden = !is;
       if (!is && store.state.panel === name) store.change((state) => (state.panel = "components"), { quiet: true });

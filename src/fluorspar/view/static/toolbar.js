@@ -9,6 +9,7 @@ import { exposureControl } from "./exposure.js";
 import { icon } from "./icons.js";
 import { chosenIn, fillSelect } from "./menu.js";
 import { percent } from "./numbers.js";
+import { UNCHANGED } from "./state.js";
 import { nextTheme } from "./theme.js";
 import { whiteMenu } from "./white.js";
 
@@ -20,10 +21,12 @@ export const MODES = [
   ["relative_error", "Rel. error", "The standard error, of the radiance (4)"],
 ];
 
-/** The band to begin with: 20 nm in the middle of the visible wavelengths of an image. */
+/** The band to begin with: 20 nm in the middle of what an eye sees, or of an image that it does not see. */
 function middleBand(wavelengths) {
+  const [first, last] = [wavelengths[0], wavelengths.at(-1)];
+  const middle = first <= 550 && last >= 550 ? 550 : (first + last) / 2;
   const nearest = (nm) => wavelengths.reduce((best, w) => (Math.abs(w - nm) < Math.abs(best - nm) ? w : best));
-  return [nearest(540), nearest(560)];
+  return [nearest(middle - 10), nearest(middle + 10)];
 }
 
 export function toolbar(node, { store, stage, frames, about, report, help }) {
@@ -38,9 +41,8 @@ export function toolbar(node, { store, stage, frames, about, report, help }) {
   sources.addEventListener("change", () => {
     const id = chosenIn(sources);
     store.change(({ view }) => {
-      Object.assign(view, { source: id, weights: {}, band: null, range: null, white: null });
+      Object.assign(view, { source: id, relight: UNCHANGED, weights: {}, band: null, range: null, white: null });
       if (view.mode !== "colour") view.band = middleBand(about.source(id).wavelengths);
-      view.relight = { lights: {}, materials: {}, concentration: {} };
     });
   });
   const button = (name, label, title, click) => h("button", { type: "button", class: "icon", "aria-label": label, title, click }, icon(name));
