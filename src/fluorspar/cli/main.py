@@ -58,6 +58,7 @@ app = typer.Typer(
     name="fluorspar",
     help="Spectral images of scenes with fluorescent objects.\n\n"
     "Example:  fluorspar render cornell-box -o box.nc -o box.png\n\n"
+    "Example:  fluorspar view cornell-box\n\n"
     "Exit codes: 0 done; 1 a limit of 'compare --fail-above' is exceeded; 2 something to be mended by you; "
     "70 a fault of Fluorspar itself; 130 interrupted by Ctrl-C; 143 by SIGTERM.",
     no_args_is_help=True,
