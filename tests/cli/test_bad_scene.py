@@ -58,7 +58,7 @@ def test_no_light(fluorspar: CommandLine) -> None:
 def test_unknown_light(fluorspar: CommandLine) -> None:
     said = fluorspar.refuses(scene(SENSOR, '<emitter type="sunsky" id="noon"/>', BALL))
     assert said.says(
-        "light 'sunsky' is not supported", "where: light 'noon'", "expected: one of area", "fix: use --matte"
+        "light 'sunsky' is not supported", "where: light 'noon'", "expected: one of area", "or use --matte"
     )
 
 
@@ -81,9 +81,9 @@ def test_unsupported_surface(fluorspar: CommandLine) -> None:
 
 
 def test_unsupported_texture(fluorspar: CommandLine) -> None:
-    texture = '<texture type="checkerboard" name="specular_reflectance"/>'
+    texture = '<texture type="checkerboard" name="eta"/> <spectrum name="k" value="1"/>'
     said = fluorspar.refuses(ball(f'<bsdf type="roughconductor" id="tiles"> {texture} </bsdf>'))
-    assert said.says("texture as specular reflectance is not supported", "'tiles' (roughconductor)")
+    assert said.says("'checkerboard' varies over the surface", "eta of BSDF 'tiles' (roughconductor)")
 
 
 def test_matte_renders_it_with_a_warning(fluorspar: CommandLine) -> None:

@@ -61,7 +61,7 @@ def trace(
     threads: ThreadsOption = None,
     mesh: MeshOption = None,
 ) -> None:
-    """Trace the light paths of a scene and keep them, for 'relight' and 'sheet'."""
+    """Trace the light paths of a scene and keep them."""
     from fluorspar.cli.outputs import say_written
     from fluorspar.cli.targets import check_files
     from fluorspar.paths.paths_file import SUFFIX
