@@ -24,8 +24,9 @@ DIRECT, ONE, NUMBER, SAMPLED = 1, 2, 4, 8
 @cache
 def kernels() -> Mapping[str, Callable[..., None]]:
     """The kernels, by name; compiled code is kept on disk."""
+    doing = {"count": "counting", "fill": "packing", "unpack": "unpacking", "check": "checking"}
     for name, kernel in _KERNELS.items():
-        keep_code(kernel, f"the {name} of light paths")
+        keep_code(kernel, f"the {doing[name]} of light paths")
     return _KERNELS
 
 
