@@ -73,11 +73,11 @@ def light_of(text: str) -> Any:
     >>> light_of("FL11"), light_of("0.5"), light_of("FL11x0.5")
     ('FL11', 0.5, ('FL11', 0.5))
     """
-    from fluorspar.spectral.illuminants import illuminants
+    from fluorspar.spectral.illuminants import listed_name
 
     with suppress(ValueError):
         return float(text)
-    known = text.casefold() in map(str.casefold, illuminants()) or os.path.isfile(file_and_column(text)[0])
+    known = listed_name(text) is not None or os.path.isfile(file_and_column(text)[0])
     parts = None if known else _TIMES.match(text)
     with suppress(ValueError):
         return (parts["name"], float(parts["factor"])) if parts else text

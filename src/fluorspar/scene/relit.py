@@ -26,7 +26,7 @@ from fluorspar.scene.recipe import check_library
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.scene.surfaces import ABSORBS, NO_LIGHT, Surface
-from fluorspar.spectral.illuminants import illuminant, illuminants
+from fluorspar.spectral.illuminants import illuminant, listed_name
 from fluorspar.spectral.light import sampled_or_averaged
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -75,9 +75,10 @@ def relit(
             )
     check_library(library)
     table = list(scene.lights)
+    rows = light_ids(scene)
     changed: dict[int, str] = {}
     for key, setting in (lights or {}).items():
-        row = _known(key, light_ids(scene), "light")
+        row = _known(key, rows, "light")
         if changed.setdefault(row, key) != key:
             raise OptionError(
                 message(
@@ -283,10 +284,6 @@ def _general(scene: Scene, lobes: Lobes, change: _Change) -> Scene:
     )
 
 
-def _is_relative(given: str) -> bool:
-    return given.strip().casefold() in map(str.casefold, illuminants())
-
-
 def _takes_dyes(row: LobeRow, side: tuple[Lobe, ...]) -> bool:
     """Whether what a lobe makes of a material is defined for luminescence."""
     if isinstance(row, Operated):
@@ -341,7 +338,7 @@ def _changed_light(light: Light, key: str, setting: LightSetting, same_luminance
     if isinstance(given, Spectrum):
         new, relative = given, same_luminance
     elif isinstance(given, str | os.PathLike):
-        new, relative = illuminant(str(given)), same_luminance or _is_relative(str(given))
+        new, relative = illuminant(str(given)), same_luminance or listed_name(str(given).strip()) is not None
     elif given is None:
         new, relative = old, False
     else:

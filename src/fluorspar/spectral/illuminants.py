@@ -18,7 +18,7 @@ from fluorspar.files.tables import read_table
 from fluorspar.spectral.colour_science import colour_science
 from fluorspar.spectral.spectrum import SUFFIXES, Spectrum, read_spectrum
 
-__all__ = ["illuminant", "illuminants", "without_noise"]
+__all__ = ["illuminant", "illuminants", "listed_name", "without_noise"]
 
 _NOISE = 0.02  # of the peak of a lamp
 
@@ -91,6 +91,17 @@ def illuminants() -> list[str]:
     True
     """
     return sorted({*_shipped(), *_colour_science(), "E"}, key=str.casefold)
+
+
+def listed_name(name: str) -> str | None:
+    """The name of an illuminant as it is listed, whatever its case; None if there is none of that name.
+
+    Examples
+    --------
+    >>> listed_name("fl11"), listed_name("lamp.csv")
+    ('FL11', None)
+    """
+    return {each.casefold(): each for each in illuminants()}.get(name.casefold())
 
 
 def without_noise(lamp: Spectrum) -> Spectrum:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.errors import SpectrumError, message
-from fluorspar.spectral.illuminants import illuminants
+from fluorspar.spectral.illuminants import illuminants, listed_name
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.view.questions import LightSpectrum
 from fluorspar.view.uploads import Uploads
@@ -54,11 +54,11 @@ def known_illuminant(name: str) -> str:
     >>> known_illuminant("fl11")
     'FL11'
     """
-    known = {each.casefold(): each for each in illuminants()}
-    if name.casefold() not in known:
-        expected = ", ".join(known.values())
+    known = listed_name(name)
+    if known is None:
+        expected = ", ".join(illuminants())
         raise SpectrumError(message("there is no such illuminant", got=repr(name), expected=expected))
-    return known[name.casefold()]
+    return known
 
 
 def blackbody(temperature: float) -> Spectrum:
