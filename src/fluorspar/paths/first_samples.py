@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from fluorspar.paths.log import BLOCK, ENTRIES, Chunk, lanes_per_pixel
+from fluorspar.paths.log import BLOCK, Chunk, lanes_per_pixel
 
 __all__ = ["first_samples"]
 
@@ -39,10 +37,4 @@ def first_samples(chunk: Chunk, samples: int) -> Chunk:
     unfinished = (paths - before[block] < wanted).any(axis=1)
     # where lanes go on elsewhere, these are all entries of the strip
     kept = np.minimum(np.bincount(block, unfinished, len(heights)).astype(np.int64) + 1, heights)
-    chosen = np.arange(len(block)) < (log.strips[:, 0] + kept)[block]
-    entries = {name: getattr(log, name)[..., chosen, :] for name in ENTRIES if len(getattr(log, name))}
-    ends = np.cumsum(kept)
-    used = np.minimum(log.used, np.repeat(kept, BLOCK)).astype(log.used.dtype)
-    return replace(
-        chunk, log=log._replace(strips=np.stack([ends - kept, ends], axis=1), used=used, **entries)
-    )
+    return chunk.compact(kept)

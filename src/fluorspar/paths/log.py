@@ -68,17 +68,20 @@ class Log(NamedTuple):
         """Size in memory, room for entries that were not needed included."""
         return sum(values.nbytes for values in self)
 
-    def compact(self) -> Log:
-        """Copy without the room between strips."""
-        heights = self.strips[:, 1] - self.strips[:, 0]
+    def compact(self, heights: NDArray[np.int64] | None = None) -> Log:
+        """Copy without the room between strips; of each strip only the first `heights` entries, or all of them."""
+        if heights is None:
+            heights = self.strips[:, 1] - self.strips[:, 0]
         ends = np.cumsum(heights)
-        kept = np.repeat(self.strips[:, 1] - ends, heights) + np.arange(ends[-1])
+        strips = np.stack([ends - heights, ends], axis=1)
+        kept = np.repeat(self.strips[:, 0] - strips[:, 0], heights) + np.arange(ends[-1])
         entries = {
             name: values[..., kept, :]
             for name, values in self._asdict().items()
             if name in ENTRIES and len(values)
         }
-        return self._replace(strips=np.stack([ends - heights, ends], axis=1), **entries)
+        used = np.minimum(self.used, np.repeat(heights, BLOCK)).astype(self.used.dtype)
+        return self._replace(strips=strips, used=used, **entries)
 
 
 ENTRIES: dict[str, type[np.float32 | np.uint32]] = {
@@ -115,9 +118,9 @@ class Chunk:
     spp: int
     log: Log
 
-    def compact(self) -> Chunk:
-        """Copy without unused room."""
-        return replace(self, log=self.log.compact())
+    def compact(self, heights: NDArray[np.int64] | None = None) -> Chunk:
+        """Copy without unused room, see `Log.compact`."""
+        return replace(self, log=self.log.compact(heights))
 
 
 def lanes_per_pixel(spp: int) -> int:
