@@ -5,12 +5,16 @@ from __future__ import annotations
 import re
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from fluorspar.cli import console
 from fluorspar.cli.main import main
+from fluorspar.progress import Progress
 
 QUICK = ("--wavelengths", "400:700:20", "--size", "8x8", "--spp", "4")
 OLD = b"an image that took a night to render"
@@ -112,3 +116,17 @@ class CommandLine:
             for path in sorted(self.folder.rglob("*"))
             if path.is_file()
         }
+
+
+def stop_at(pixels: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the user press Ctrl-C when so many pixels are done."""
+
+    @contextmanager
+    def progress_bar(what: str) -> Iterator[Progress]:
+        def report(done: int, total: int) -> None:
+            if done >= pixels:
+                raise KeyboardInterrupt
+
+        yield report
+
+    monkeypatch.setattr(console, "progress_bar", progress_bar)

@@ -5,18 +5,14 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import GOOD, OLD, QUICK, CommandLine
+from command_line import GOOD, OLD, QUICK, CommandLine, stop_at
 
 from fluorspar import SpectralImage
-from fluorspar.cli import console
 from fluorspar.paths.chunks import CHUNK
-from fluorspar.progress import Progress
 
 PER_CHUNK = 16  # pixels, of 64
 
@@ -25,20 +21,6 @@ PER_CHUNK = 16  # pixels, of 64
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Render 16 of the 64 pixels at a time."""
     monkeypatch.setitem(CHUNK, "llvm", PER_CHUNK * 4)
-
-
-def stop_at(pixels: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the user press Ctrl-C when so many pixels are done."""
-
-    @contextmanager
-    def progress_bar(what: str) -> Iterator[Progress]:
-        def report(done: int, total: int) -> None:
-            if done >= pixels:
-                raise KeyboardInterrupt
-
-        yield report
-
-    monkeypatch.setattr(console, "progress_bar", progress_bar)
 
 
 @pytest.mark.usefixtures("small_chunks")

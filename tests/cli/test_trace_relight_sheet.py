@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 import pytest
-from command_line import GOOD, QUICK, CommandLine, ball, painted
+from command_line import GOOD, QUICK, CommandLine, ball, painted, stop_at
 
 import fluorspar as package
 from fluorspar import SpectralImage
-from fluorspar.cli import console
 from fluorspar.cli.changes import light_of, split_materials
 from fluorspar.paths.chunks import CHUNK
-from fluorspar.progress import Progress
 from fluorspar.sheets.sheet_picture import write_sheet_picture
 from fluorspar.sheets.sheet_table import write_sheet_table
 
@@ -367,17 +363,3 @@ def refused(
     assert done.err.count("error: ") == 1
     assert done.says(*says), done.err
     assert fluorspar.files() == before
-
-
-def stop_at(pixels: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the user press Ctrl-C when so many pixels are done."""
-
-    @contextmanager
-    def progress_bar(what: str) -> Iterator[Progress]:
-        def report(done: int, total: int) -> None:
-            if done >= pixels:
-                raise KeyboardInterrupt
-
-        yield report
-
-    monkeypatch.setattr(console, "progress_bar", progress_bar)
