@@ -20,9 +20,10 @@ from fluorspar.errors import FluorsparWarning, OptionError, message
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.notebook import explore
+from fluorspar.paths.brighter import warn_of_brighter
 from fluorspar.paths.chunks import trace_chunks
 from fluorspar.paths.first_samples import first_samples
-from fluorspar.paths.log import SURVIVAL, Chunk, lanes_per_pixel
+from fluorspar.paths.log import Chunk, lanes_per_pixel
 from fluorspar.paths.numbering import count_rows, rows_shown
 from fluorspar.paths.packed import PackedChunk, pack, unpack
 from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
@@ -205,7 +206,7 @@ class LightPaths:
             threads=self.job.threads if threads is None else threads,
         )
         if materials or concentration:
-            _warn_of_brighter(self.job, job)
+            warn_of_brighter(self.job, job)
         return render_chunks(self._unpacked(job), job, output=output, progress=shown(progress))
 
     def light_images(
@@ -379,29 +380,3 @@ def in_words(given: Any) -> Any:
     if isinstance(given, np.generic):
         return given.item()
     return str(getattr(given, "name", given)) or "a spectrum"
-
-
-def _warn_of_brighter(traced: RenderJob, job: RenderJob) -> None:
-    """Warn where long paths are too rare for a new material: their weights grow from vertex to vertex."""
-    settings = job.scene.settings
-    if 0 <= settings.max_depth <= settings.rr_depth:
-        return
-    before = exchangeable(traced.scene)
-    for name, new in exchangeable(job.scene).items():
-        old = before.get(name)
-        if not (isinstance(old, Material) and isinstance(new, Material)) or new is old:
-            continue
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # said when the image is computed
-            least, most = (
-                min(1.0, float(material.on(grid).energy_yield().max()))
-                for material, grid in ((old, traced.computed_grid), (new, job.computed_grid))
-            )
-        if most**2 > max(least, SURVIVAL[0]):
-            text = (
-                f"'{name}' is much brighter now ({new.name}: {most:.2f} at the most, {old.name}: {least:.2f}): light "
-                f"of more than {settings.rr_depth} bounces is noisy, and its standard error uncertain; for less noise "
-                "trace with a larger rr_depth"
-            )
-            warnings.warn(text, FluorsparWarning, stacklevel=3)
-            return

@@ -110,7 +110,7 @@ class PathsWriter:
         recipe["is_file"] = isinstance(source, Path)
         what = {
             "job": {name: getattr(job, name) for name in _JOB},
-            "grid": job.grid.values if type(job.grid).__name__ != "Wavelengths" else job.grid,
+            "grid": job.grid,
             "scene": {name: getattr(scene, name) for name in _SCENE},
             "recipe": recipe,
         }
