@@ -1,0 +1,147 @@
+"""What the camera sees first: colours and normals of surfaces, without light, which tell a denoiser where edges are.
+
+A pass of its own, of a few samples spread over each pixel: the tracers record nothing more than light paths need.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.paths.log import END
+from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
+from fluorspar.paths.tracing.lobe_tracer import LobeTracer
+from fluorspar.paths.tracing.trace_scene import build_trace_scene
+from fluorspar.paths.tracing.tracer import Tracer, two
+from fluorspar.scene.lobes.lobe import ANGLES
+from fluorspar.scene.scene import Scene
+
+__all__ = ["first_hits"]
+
+Array = NDArray[np.float32]
+
+_ACROSS = 4  # samples along each side of a pixel
+_SAMPLES = _ACROSS * _ACROSS
+_RAYS = 1 << 21  # at a time
+_MIRRORS = 6  # smooth surfaces that are looked through
+
+
+def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
+    """Look at a scene, in the variant that is set: `LOBE_VARIANTS` for one with lobes, else `TRACE_VARIANTS`.
+
+    Parameters
+    ----------
+    scene : Scene
+        With the size of the image.
+    colours : ndarray of shape (rows, 3)
+        Three numbers for each row of its materials or, behind them, texels.
+
+    Returns
+    -------
+    colour, normal : ndarray of shape (Y, X, 3)
+        Means over the pixel, 0 where nothing is seen: colours, each times how much is reflected, behind mirrors and
+        glass those of what is seen there; and normals in the frame of the scene, towards the camera.
+    """
+    settings = scene.settings
+    survival = np.ones(len(colours), np.float32)
+    tracer: Tracer
+    if scene.lobes is None:
+        tracer = Tracer(build_trace_scene(scene), settings, survival, 0)
+    else:
+        tracer = LobeTracer(build_lobe_scene(scene), settings, survival, 0)
+    table = mi.Float(np.asarray(colours, np.float32).ravel())
+    count = settings.width * settings.height
+    colour, normal = (np.empty((count, 3), np.float32) for _ in range(2))
+    at_a_time = max(_RAYS // _SAMPLES, 1)
+    for first in range(0, count, at_a_time):
+        pixels = min(at_a_time, count - first)
+        seen = _look(tracer, table, first, pixels)
+        for out, values in zip((colour, normal), seen, strict=True):
+            out[first : first + pixels] = np.stack([value.numpy() for value in values], axis=1)
+    shape = (settings.height, settings.width, 3)
+    return colour.reshape(shape), normal.reshape(shape)
+
+
+def _look(tracer: Tracer, table: Any, first: int, pixels: int) -> tuple[Any, Any]:
+    """Mean colour and normal of some pixels; the samples of one are behind one another."""
+    lane = dr.arange(mi.UInt32, pixels * _SAMPLES)
+    pixel = lane // _SAMPLES + dr.opaque(mi.UInt32, first)
+    stratum = lane % _SAMPLES
+    rng = mi.PCG32(len(lane), *map(mi.UInt64, mi.sample_tea_32(lane, dr.opaque(mi.UInt32, first))))
+    sensor, settings = tracer.scene.sensor, tracer.settings
+    place = (mi.Point2f(stratum % _ACROSS, stratum // _ACROSS) + two(rng)) / _ACROSS
+    film = (mi.Point2f(pixel % settings.width, pixel // settings.width) + place) * mi.ScalarVector2f(
+        1 / settings.width, 1 / settings.height
+    )
+    ray = sensor.sample_ray(rng.next_float32(), mi.Float(0), film, two(rng))[0]
+    if isinstance(tracer, LobeTracer):
+        o, d = mi.Point3f(ray.o), mi.Vector3f(ray.d)
+        colour, normal, counts = _through_mirrors(tracer, table, o, d, rng.state, rng.inc)
+        return _mean(colour, normal, dr.select(counts, mi.Float(1), 0.0))
+    hit = tracer.scene.mitsuba_scene.ray_intersect_preliminary(ray, coherent=True)
+    si = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal | mi.RayFlags.ShadingFrame)
+    shape = dr.reinterpret_array(mi.UInt32, si.shape)
+    row = dr.gather(mi.UInt32, tracer.first_row_of_shape, shape, si.is_valid())
+    row += dr.gather(mi.UInt32, tracer.rows_per_primitive, shape, si.is_valid()) * si.prim_index
+    row += dr.select(si.wi.z > 0, mi.UInt32(0), mi.UInt32(1))
+    row = dr.gather(mi.UInt32, tracer.rows, row, si.is_valid())
+    active = si.is_valid() & (row != END)
+    colour = dr.gather(mi.Vector3f, table, row, active)
+    return _mean(colour, dr.select(active, _normal(si), 0.0), mi.Float(1))
+
+
+def _mean(colour: Any, normal: Any, weight: Any) -> tuple[Any, Any]:
+    """Means over the samples of each pixel that count."""
+    count = dr.maximum(dr.block_sum(dr.zeros(mi.Float, dr.width(normal)) + weight, _SAMPLES), 1)
+    means = [[dr.block_sum(x * weight, _SAMPLES) / count for x in values] for values in (colour, normal)]
+    dr.eval(means)
+    return means[0], means[1]
+
+
+def _normal(si: Any) -> Any:
+    return mi.Vector3f(si.sh_frame.n) * dr.sign(si.wi.z)
+
+
+@dr.syntax
+def _through_mirrors(tracer: LobeTracer, table: Any, o: Any, d: Any, state: Any, inc: Any) -> tuple[Any, Any, Any]:
+    """Follow each ray to the first surface that is not smooth; what a smooth coat reflects does not count."""
+    scene = tracer.scene.mitsuba_scene
+    rng = mi.PCG32()
+    rng.state, rng.inc = state, inc
+    context = mi.BSDFContext()
+    lanes = dr.width(state)
+    colour, normal = dr.ones(mi.Vector3f, lanes), dr.zeros(mi.Vector3f, lanes)
+    number = dr.zeros(mi.UInt32, lanes)
+    active, counts = (dr.full(mi.Bool, True, lanes) for _ in range(2))
+    while active:
+        ray = mi.Ray3f(o, d)
+        si = scene.ray_intersect(ray)
+        hit = si.is_valid()
+        along = mi.Vector3f(0, 0, 1)
+        bsdf = si.bsdf(ray)
+        value, _, bs, weight = bsdf.eval_pdf_sample(context, si, along, rng.next_float32(), two(rng), hit)
+        shown = mi.Vector3f(0)
+        terms = tracer.terms_of(si, value, weight, along, bs, tracer.pick(rng), hit)
+        for row, _, sent in terms:
+            shown += sent * dr.gather(mi.Vector3f, table, _row_of_colour(tracer, row), hit)
+        colour *= shown
+        normal = dr.select(hit, _normal(si), 0.0)
+        number += 1
+        smooth = hit & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+        coated = mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+        counts &= ~(smooth & coated)
+        active = smooth & ~coated & (number < _MIRRORS)
+        spawned = si.spawn_ray(si.to_world(bs.wo))
+        o, d = mi.Point3f(spawned.o), mi.Vector3f(spawned.d)
+    return colour, normal, counts
+
+
+def _row_of_colour(tracer: LobeTracer, row: Any) -> Any:
+    """Of a texel on metal, which has rows for many angles, that of the texel."""
+    if not tracer.products:
+        return row
+    return dr.select(row < tracer.rows, row, tracer.first_texel + (row - tracer.rows) // ANGLES)
