@@ -6,7 +6,12 @@ variable                 dims                           meaning
 radiance                 component, y, x, wavelength    float32, W m-2 sr-1 nm-1; y = 0 is the top row
 standard_error           y, x, wavelength               of the total, float32, same unit; may be missing
 component_standard_error component, y, x, wavelength    of each component, float32, same unit; often missing
+denoised_error           y, x, wavelength               estimated error of the total of a denoised image
+noisy_standard_error     y, x, wavelength               of that total before it was denoised
 ======================== ============================== ======================================================
+
+A denoised image says in `denoised` how, and has the last two in place of standard errors: neighbouring pixels share
+its errors.
 
 Pixels that were not rendered are NaN and the attribute `partial` is 1. Attributes that images of other programs
 may have: `unit` and `quantity`, if it is not radiance in W m-2 sr-1 nm-1, and `bandwidth_nm`, the full width at
@@ -59,6 +64,8 @@ VARIABLES: dict[str, tuple[str, tuple[str, ...]]] = {
     "radiance": ("spectral radiance", DIMS),
     "standard_error": ("standard error of the total spectral radiance", DIMS[1:]),
     "component_standard_error": ("standard error of the spectral radiance of each component", DIMS),
+    "denoised_error": ("estimated error of the denoised total spectral radiance", DIMS[1:]),
+    "noisy_standard_error": ("standard error of the total spectral radiance before denoising", DIMS[1:]),
 }
 """Long name and dims of every variable of a spectral image."""
 WAVELENGTH_ATTRS = {"units": "nm", "standard_name": "radiation_wavelength"}
@@ -78,6 +85,8 @@ def make_dataset(
     attrs: Mapping[str, Any] | None = None,
     *,
     component_standard_error: ArrayLike | None = None,
+    denoised_error: ArrayLike | None = None,
+    noisy_standard_error: ArrayLike | None = None,
     components: Sequence[str] = COMPONENTS,
 ) -> xr.Dataset:
     """Label the arrays of a spectral image; float32 arrays are not copied.
@@ -94,6 +103,8 @@ def make_dataset(
         Numbers and strings are kept; anything else is kept as JSON.
     component_standard_error : array_like of shape (C, Y, X, N), optional
         Of each component.
+    denoised_error, noisy_standard_error : array_like of shape (Y, X, N), optional
+        Of a denoised image.
     components : sequence of str
         The C names, those of `COMPONENTS` unless one is missing; or `TOTAL` alone, for an image not split.
 
@@ -120,6 +131,8 @@ def make_dataset(
         "radiance": radiance,
         "standard_error": standard_error,
         "component_standard_error": component_standard_error,
+        "denoised_error": denoised_error,
+        "noisy_standard_error": noisy_standard_error,
     }
     arrays = {name: np.asarray(array, np.float32) for name, array in given.items() if array is not None}
     shape = arrays["radiance"].shape

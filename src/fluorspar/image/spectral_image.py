@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from importlib import import_module
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -447,6 +448,50 @@ class SpectralImage:
             total += component
         attrs = variable_attrs("radiance", pixel.attrs)
         return pixel.assign(total=("wavelength", total, attrs | {"long_name": f"total {attrs['long_name']}"}))
+
+    def denoised(self, *, scene: Any = None, threads: int | None = None) -> SpectralImage:
+        """The image without its noise: Open Image Denoise on channels of all components and of their sum.
+
+        Spectra stay spectra: the mean radiance in a few ranges of wavelengths is denoised, and what that changes is
+        put back as the spectra that go with it in this image. Lamps seen directly are left as they are, and what no
+        channel holds; components still add up. Where the noise is known to be smaller than what the denoiser is off,
+        the noisy image counts.
+
+        Parameters
+        ----------
+        scene : Scene, str or path, optional
+            What the image was rendered from, whose surfaces tell where edges are; the image knows a built-in one.
+            Without a scene edges between materials may be softened.
+        threads : int, optional
+            Default: all cores this process may use.
+
+        Returns
+        -------
+        SpectralImage
+            Attribute `denoised` says how. In place of standard errors it has `denoised_error(y, x, wavelength)`, the
+            estimated error of the total, which neighbouring pixels share, and `noisy_standard_error`, that of the
+            total before. Where it is dark, radiance may be slightly negative.
+
+        Raises
+        ------
+        FluorsparError
+            If the package is missing: `pip install "fluorspar[denoise]"`.
+        ImageError
+            If the image is denoised already, or does not fit into memory.
+        SceneError
+            If the scene cannot be loaded.
+
+        Examples
+        --------
+        >>> import fluorspar
+        >>> image = fluorspar.render("cornell-box", size=(32, 32), spp=4).denoised()
+        >>> image.attrs["denoised"]
+        'Open Image Denoise, guided by colours and normals of surfaces'
+        """
+        # above the scene that it may need: imported by name, and when it is asked for
+        denoise = import_module("fluorspar.denoising.denoise").denoise
+        clean: SpectralImage = denoise(self, scene=scene, threads=threads)
+        return clean
 
     def explore(self, *, height: int = 720, port: int = 0) -> Any:
         """Open the window of `fluorspar view` on the image; a notebook shows it in a frame.

@@ -7,10 +7,13 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.units import in_our_spelling, quantity_of, unit_of
 from fluorspar.spectral.bands import Bands
 
-__all__ = ["METHODS", "OF_TOTAL", "bands_of", "error_layer", "unit_of_image"]
+__all__ = ["METHODS", "OF_ALL", "OF_TOTAL", "bands_of", "error_layer", "is_denoised", "unit_of_image"]
 
 METHODS = ("paths", "staged")
 """The attribute `method` of images that Fluorspar rendered."""
+
+OF_ALL = ("standard_error", "denoised_error")
+"""The variables that hold an error of the total; an image has one of them."""
 
 OF_TOTAL = "standard errors of single_bounce are those of the total, which are slightly larger"
 
@@ -39,13 +42,27 @@ def error_layer(image: SpectralImage, component: str | None) -> tuple[str, str |
     (('standard_error', None), None)
     """
     chosen = select(component, image.components)
-    if "standard_error" in image.dataset and chosen == select(None, image.components):
-        return "standard_error", None
+    of_total = next((name for name in OF_ALL if name in image.dataset), None)
+    if of_total is not None and chosen == select(None, image.components):
+        return of_total, None
     if "component_standard_error" in image.dataset and len(chosen) == 1:
         return "component_standard_error", chosen[0]
-    if "standard_error" in image.dataset and component == "single_bounce":
-        return "standard_error", None
+    if of_total is not None and component == "single_bounce":
+        return of_total, None
     return None
+
+
+def is_denoised(image: SpectralImage) -> bool:
+    """Whether an image is denoised: neighbouring pixels then share errors, which are estimates.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> is_denoised(SpectralImage.from_arrays(np.ones((7, 1, 1, 69)), Wavelengths()))
+    False
+    """
+    return "denoised" in image.attrs
 
 
 def bands_of(image: SpectralImage) -> Bands:

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 import xarray as xr
 
 from fluorspar.image.components import select
+from fluorspar.image.dataset import VARIABLES
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.stated import OF_ALL
 
 __all__ = ["error_of", "factors_of", "weighted"]
 
@@ -47,8 +49,9 @@ def error_of(image: SpectralImage, weights: Mapping[str, float]) -> tuple[str, s
     """
     factors = factors_of(image, weights)
     used = [name for name, factor in factors.items() if factor]
-    if "standard_error" in image.dataset and len(set(factors.values())) == 1:
-        return "standard_error", None, next(iter(factors.values()))
+    for variable in OF_ALL:
+        if variable in image.dataset and len(set(factors.values())) == 1:
+            return variable, None, next(iter(factors.values()))
     if "component_standard_error" in image.dataset and len(used) == 1:
         return "component_standard_error", used[0], factors[used[0]]
     return None
@@ -69,7 +72,7 @@ def weighted(image: SpectralImage, weights: Mapping[str, float]) -> SpectralImag
     if set(factors.values()) == {1.0}:
         return image
     dataset, error = image.dataset, error_of(image, weights)
-    changed = dataset.drop_vars(["standard_error", "component_standard_error"], errors="ignore")
+    changed = dataset.drop_vars([name for name in VARIABLES if name != "radiance"], errors="ignore")
     scale = xr.DataArray(list(factors.values()), dims="component").astype("float32")
     radiance = (dataset["radiance"] * scale).transpose(*dataset["radiance"].dims)
     changed["radiance"] = radiance.assign_attrs(dataset["radiance"].attrs)
@@ -78,5 +81,5 @@ def weighted(image: SpectralImage, weights: Mapping[str, float]) -> SpectralImag
         own = (
             dataset[variable] if component is None else dataset[variable].sel(component=component, drop=True)
         )
-        changed["standard_error"] = own * factor
+        changed[variable if component is None else "standard_error"] = own * factor
     return SpectralImage(changed)

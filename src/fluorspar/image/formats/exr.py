@@ -159,13 +159,13 @@ def read_exr(path: str | os.PathLike[str], channel_wavelengths: Sequence[float] 
         planes = [parts[name].channels[channel].pixels for channel in channels]
         layers["radiance" if name in known else name.partition(".")[0]].append(planes)
     arrays = {variable: _assembled(planes) for variable, planes in layers.items() if planes}
+    errors = {
+        name: layer if "component" in VARIABLES[name][1] else layer[0]
+        for name, layer in arrays.items()
+        if name != "radiance"
+    }
     return make_dataset(
-        arrays["radiance"],
-        grid,
-        arrays["standard_error"][0] if "standard_error" in arrays else None,
-        described["attrs"],
-        component_standard_error=arrays.get("component_standard_error"),
-        components=components,
+        arrays["radiance"], grid, attrs=described["attrs"], components=components, **errors
     )
 
 

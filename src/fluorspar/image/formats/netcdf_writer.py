@@ -87,7 +87,9 @@ class NetcdfWriter:
         self.height, self.width = height, width
         self.attrs = plain_attrs(attrs or {})
         self._variables = [
-            name for name in VARIABLES if component_errors or name != "component_standard_error"
+            name
+            for name in ("radiance", "standard_error", "component_standard_error")
+            if component_errors or name != "component_standard_error"
         ]
         layers = {
             name: len(components) if "component" in VARIABLES[name][1] else 1 for name in self._variables

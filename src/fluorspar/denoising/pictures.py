@@ -1,0 +1,97 @@
+"""The pictures that are denoised: channels of the components of an image, and of all their light together."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.denoising.channels import channel_ranges, channel_spectra, second_moment
+from fluorspar.image.dataset import values_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Picture", "channels_of_errors", "pictures_of", "strips"]
+
+Array = NDArray[np.float32]
+
+_ROWS = 16  # at a time: what stays in the caches
+
+
+@dataclass
+class Picture:
+    """Channels of an image.
+
+    Attributes
+    ----------
+    noisy : ndarray of shape (Y, X, n)
+        0 where nothing was rendered.
+    spectra : ndarray of shape (n, N)
+        What goes with them, see `channel_spectra`.
+    change : ndarray of shape (Y, X, n)
+        What denoising has added.
+    """
+
+    noisy: Array
+    spectra: Array
+    change: Array
+
+    def add_to(self, radiance: Array, rows: slice) -> Array:
+        """Denoise the spectra of some rows: what no channel holds stays as it is."""
+        return np.asarray(radiance + self.change[rows] @ self.spectra)
+
+
+def strips(height: int) -> list[slice]:
+    """Cut the rows of an image into strips."""
+    return [slice(first, min(first + _ROWS, height)) for first in range(0, height, _ROWS)]
+
+
+def pictures_of(dataset: xr.Dataset, names: list[str], counts: tuple[int, int], pool: Executor) -> list[Picture]:
+    """Read an image and make pictures of components, and last of their sum.
+
+    Parameters
+    ----------
+    dataset : Dataset
+    names : list of str
+        The components.
+    counts : (int, int)
+        Channels of a component, and of the sum.
+    pool : Executor
+    """
+    height, width, bands = (dataset.sizes[dim] for dim in ("y", "x", "wavelength"))
+    ranges = [channel_ranges(bands, counts[0])] * len(names) + [channel_ranges(bands, counts[1])]
+    noisy = [np.empty((height, width, each.shape[1]), np.float32) for each in ranges]
+
+    def read(rows: slice) -> list[NDArray[np.float64]]:
+        light = np.zeros((rows.stop - rows.start, width, bands), np.float32)
+        moments = []
+        for number in range(len(ranges)):
+            values = light
+            if number < len(names):
+                values = values_of(dataset, "radiance", rows, names[number])
+                light += values
+            noisy[number][rows] = np.nan_to_num(values @ ranges[number])
+            moments.append(second_moment(values))
+        return moments
+
+    moments = [sum(parts) for parts in zip(*pool.map(read, strips(height)), strict=True)]
+    return [
+        Picture(channels, channel_spectra(of, moment), np.zeros(1, np.float32))
+        for channels, of, moment in zip(noisy, ranges, moments, strict=True)
+    ]
+
+
+def channels_of_errors(dataset: xr.Dataset, variable: str, count: int, pool: Executor) -> Array:
+    """Channels of standard errors; the bands of a pixel are fully correlated."""
+    height, width, bands = (dataset.sizes[dim] for dim in ("y", "x", "wavelength"))
+    ranges, channels = channel_ranges(bands, count), np.empty((height, width, count), np.float32)
+
+    def read(rows: slice) -> None:
+        channels[rows] = np.nan_to_num(values_of(dataset, variable, rows) @ ranges)
+
+    list(pool.map(read, strips(height)))
+    return channels
