@@ -30,6 +30,7 @@ LAYERS = [
     "staged",
     "rendering",
     "measuring",
+    "denoising",
     "comparing",
     "figures",
     "sheets",

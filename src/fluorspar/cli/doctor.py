@@ -25,7 +25,9 @@ _PACKAGES = (
     "OpenEXR",
     "colour-science",
     "karellen-llvm-core",
+    "mitsuba-oidn",
 )
+_ABSENT = {"mitsuba-oidn": 'not installed: pip install "fluorspar[denoise]" to denoise images'}
 # A wrong LLVM aborts the process, so each variant is tried in a process of its own.
 _TRY = """
 from fluorspar.scene.variants import use_variant
@@ -56,7 +58,7 @@ def doctor() -> None:
         try:
             line(package, metadata.version(package))
         except metadata.PackageNotFoundError:
-            line(package, "not installed")
+            line(package, _ABSENT.get(package, "not installed"))
     line(
         "LLVM library",
         find_llvm() or "none found: pip install karellen-llvm-core, or install LLVM 16 or later",

@@ -15,6 +15,7 @@ import typer
 from fluorspar.cli import console
 from fluorspar.cli.compare import compare
 from fluorspar.cli.convert import convert
+from fluorspar.cli.denoise import denoise
 from fluorspar.cli.doctor import doctor
 from fluorspar.cli.info import info
 from fluorspar.cli.materials import materials
@@ -72,6 +73,7 @@ app.command(short_help="Compute an image of light paths, with other lights and m
 app.command(short_help="Show combinations of lights and materials side by side.")(sheet)
 app.command(short_help="Compare the spectra of two images or tables.")(compare)
 app.command()(convert)
+app.command(short_help="Take the noise out of a spectral image.")(denoise)
 app.command(short_help="Measure the spectra of points of an image.")(measure)
 app.command(short_help="Open a window on images, light paths and scenes.")(view)
 app.command()(info)

@@ -24,6 +24,7 @@ __all__ = [
     "CameraOption",
     "ComponentErrorsOption",
     "DefineOption",
+    "DenoiseOption",
     "ExcitationOption",
     "ImagesOption",
     "LibraryOption",
@@ -104,6 +105,14 @@ StokesOption: TypeAlias = Annotated[
 
 ComponentErrorsOption: TypeAlias = Annotated[
     bool, typer.Option("--component-errors", help="A standard error for each component too.")
+]
+
+DenoiseOption: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--denoise",
+        help="Take the noise out (needs fluorspar[denoise]); the image must fit into memory. See 'fluorspar denoise'.",
+    ),
 ]
 
 PicturesOption: TypeAlias = Annotated[

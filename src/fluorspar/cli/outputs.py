@@ -16,14 +16,16 @@ __all__ = ["print_timings", "say_written", "warn_of_envi", "write_outputs", "wri
 _LARGE = 200e6
 
 
-def write_outputs(image: SpectralImage, outputs: Sequence[Path], pictures: Path | None) -> None:
-    """Write the files that are not written yet, and say what came out."""
+def write_outputs(
+    image: SpectralImage, outputs: Sequence[Path], pictures: Path | None, *, streamed: bool = True
+) -> None:
+    """Write the files, but one that the image was streamed to, and say what came out."""
     from fluorspar.image.display.picture import write_pictures
 
     console.out.print(str(image), markup=False, highlight=False)
-    streamed = stream_target(outputs)
+    there = stream_target(outputs) if streamed else None
     for path in outputs:
-        if path != streamed:
+        if path != there:
             with writing(path):
                 image.save(path)
             warn_of_envi(image, path)

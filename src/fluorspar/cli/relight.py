@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, cast
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -20,6 +20,7 @@ from fluorspar.cli.changes import (
 )
 from fluorspar.cli.options import (
     ComponentErrorsOption,
+    DenoiseOption,
     ImagesOption,
     LibraryOption,
     PicturesOption,
@@ -33,6 +34,8 @@ __all__ = ["relight"]
 _EXAMPLES = """Examples:
 
   fluorspar relight box.paths --light light=FL11 --material left-wall=poster-green -o new.nc -o new.png
+
+  fluorspar relight box.paths --light light=D50 --denoise -o clean.nc
 
   fluorspar relight box.paths --light light=Ax0.5 --concentration left-wall=0 --wavelengths 300:780:1 -o new.nc"""
 
@@ -69,34 +72,44 @@ def relight(
     excitation: TracedExcitationOption = None,
     stokes: StokesOption = "half",
     component_errors: ComponentErrorsOption = False,
+    denoise: DenoiseOption = False,
     pictures: PicturesOption = None,
     threads: ThreadsOption = None,
 ) -> None:
     """Compute an image of light paths, with other lights, materials and wavelengths; nothing is traced."""
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images, stream_target
+    from fluorspar.denoising.extra import check_extra
     from fluorspar.paths.light_paths import load_paths
+    from fluorspar.scene.relit import relit
 
     lights = settings(light, "--light", light_of)
     materials = pairs(material or [], "--material")
     check_images(output, pictures, (paths, *files_named(lights, materials, library or [])))
+    if denoise:
+        check_extra()
     kept = load_paths(paths)
+    changes: dict[str, Any] = {
+        "lights": lights,
+        "materials": materials,
+        "concentration": settings(concentration, "--concentration", concentration_of),
+        "same_luminance": same_luminance,
+        "library": library or [],
+    }
     with console.progress_bar(f"relighting {paths.name}") as progress:
         image = kept.image(
-            lights=lights,
-            materials=materials,
-            concentration=settings(concentration, "--concentration", concentration_of),
-            same_luminance=same_luminance,
-            library=library or [],
+            **changes,
             wavelengths=wavelengths,
             excitation=excitation,
             stokes=cast(Stokes, stokes),
             component_errors=component_errors,
             threads=threads,
-            output=stream_target(output),
+            output=None if denoise else stream_target(output),
             progress=progress,
         )
-    write_outputs(image, output, pictures)
+    if denoise:
+        image = image.denoised(scene=relit(kept.job.scene, **changes), threads=threads)
+    write_outputs(image, output, pictures, streamed=not denoise)
     if image.attrs.get("partial"):
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
 

@@ -12,6 +12,7 @@ from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
 from fluorspar.cli.options import (
     ComponentErrorsOption,
+    DenoiseOption,
     ExcitationOption,
     ImagesOption,
     LibraryOption,
@@ -47,6 +48,8 @@ _EXAMPLES = """Examples:
 
   fluorspar render cornell-box -o box.nc -o box.exr -o box.png
 
+  fluorspar render cornell-box --spp 16 --denoise -o box.nc -o box.png
+
   fluorspar render room.xml --size 640x480 --spp 256 --wavelengths 300:780:5 --material left-wall=poster-red -o room.nc
 """
 
@@ -75,6 +78,7 @@ def render(
     sensor: SensorOption = None,
     stokes: StokesOption = "half",
     component_errors: ComponentErrorsOption = False,
+    denoise: DenoiseOption = False,
     pictures: PicturesOption = None,
     variant: VariantOption = "llvm",
     threads: ThreadsOption = None,
@@ -120,6 +124,7 @@ def render(
     """Render a scene into a spectral image, split into components."""
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images, stream_target
+    from fluorspar.denoising.extra import check_extra
     from fluorspar.rendering import render as render_scene
 
     options = staged_options(
@@ -135,6 +140,8 @@ def render(
         repeats=repeats,
     )
     check_images(output, pictures, (scene, mesh))
+    if denoise:
+        check_extra()
     loaded = scene_to_trace(
         scene, material=material, library=library, define=define, matte=matte, sensor=sensor, mesh=mesh
     )
@@ -153,12 +160,15 @@ def render(
             component_errors=component_errors,
             variant=variant,
             threads=threads,
-            output=stream_target(output),
+            output=None if denoise else stream_target(output),
             progress=progress,
             staged=options,
         )
     _LOG.info("rendered")
-    write_outputs(image, output, pictures)
+    if denoise:
+        image = image.denoised(scene=loaded, threads=threads)
+        _LOG.info("denoised")
+    write_outputs(image, output, pictures, streamed=not denoise)
     _LOG.info("written")
     if timings:
         print_timings(image)

@@ -21,7 +21,14 @@ from fluorspar.cli.changes import (
     split_materials,
     split_numbers,
 )
-from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption, LibraryOption, ThreadsOption
+from fluorspar.cli.options import (
+    ApertureOption,
+    CameraOption,
+    DefineOption,
+    DenoiseOption,
+    LibraryOption,
+    ThreadsOption,
+)
 from fluorspar.errors import OptionError, message
 
 __all__ = ["sheet"]
@@ -98,6 +105,7 @@ def sheet(
         ),
     ] = "same",
     wavelengths: GridOption = None,
+    denoise: DenoiseOption = False,
     threads: ThreadsOption = None,
     yes: Annotated[
         bool, typer.Option("--yes", help="Compute more than 64 combinations without asking.")
@@ -137,6 +145,7 @@ def sheet(
             white=white,
             exposure=_exposure_of(exposure),
             wavelengths=wavelengths,
+            denoise=denoise,
             threads=threads,
             most=count if yes else MOST,
             progress=progress,

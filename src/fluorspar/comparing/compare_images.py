@@ -17,6 +17,7 @@ from fluorspar.comparing.terms import Terms
 from fluorspar.comparing.whites import lab_of
 from fluorspar.errors import ImageError, message
 from fluorspar.image.dataset import row_blocks
+from fluorspar.image.stated import is_denoised
 from fluorspar.measuring.error_freedom import error_freedom
 
 __all__ = ["compare_images", "mean_of_images"]
@@ -163,6 +164,7 @@ def _noise(a: ImageSide, b: ImageSide, of_noise: Array, terms: Terms) -> NoiseVe
         " and ".join(freedoms),
         scale_error=terms.scale.error,
         same_seed=terms.same_seed,
+        denoised=" and ".join(name for name, side in (("A", a), ("B", b)) if is_denoised(side.image)),
     )
 
 

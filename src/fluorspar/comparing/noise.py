@@ -134,6 +134,7 @@ def explained_by_noise(
     *,
     scale_error: float = 0.0,
     same_seed: int | None = None,
+    denoised: str = "",
 ) -> NoiseVerdict | None:
     """Compare differences with their standard errors.
 
@@ -147,6 +148,8 @@ def explained_by_noise(
         Relative standard error of the factor that matched the scales, which all pixels share.
     same_seed : int, optional
         The seed of both sides if it is the same: their noise is then correlated, so there is no verdict.
+    denoised : str
+        Which sides are denoised: "A and B", "A", "B". Their pixels share errors, so there is no verdict.
 
     Returns
     -------
@@ -197,7 +200,7 @@ def explained_by_noise(
     # at a point single bands count, since they are what gives it its colour
     noise, level = (variances, blocks.level_squares) if of_points else (of_mean, blocks.levels**2)
     relative = np.sqrt(np.divide(noise, level, out=np.full_like(level, np.inf), where=level > 0))
-    doubt = _doubt(known_of, same_seed) if d.squares[known].any() else ""
+    doubt = _doubt(known_of, same_seed, denoised) if d.squares[known].any() else ""
     beyond = max(block_z, abs(mean_z), share_z) > bound
     return NoiseVerdict(
         known_of,
@@ -234,7 +237,10 @@ def _in_blocks(d: Differences, known: NDArray[np.bool_]) -> Differences:
     return Differences(squares, variances, means, np.sqrt(of_mean), levels, level_squares, freedom)
 
 
-def _doubt(known_of: str, same_seed: int | None) -> str:
+def _doubt(known_of: str, same_seed: int | None, denoised: str) -> str:
+    if denoised:
+        verb = "are" if "and" in denoised else "is"
+        return f"{denoised} {verb} denoised, and neighbouring pixels share its errors"
     if known_of in _OTHER:
         return f"the noise of {_OTHER[known_of]} is not known"
     if same_seed is not None:

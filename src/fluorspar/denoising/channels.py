@@ -15,7 +15,7 @@ Array = NDArray[np.float32]
 
 _BLOCK = 4  # pixels: the mean of a block has less noise, and the same spectra
 _DARKEST = 1e-3  # of the mean: darker spectra count as if they were as bright
-_LEAST = 1e-9  # of the variance of all channels together
+_LEAST = 1e-5  # of the variance of all channels together
 
 
 def channel_ranges(bands: int, count: int) -> Array:

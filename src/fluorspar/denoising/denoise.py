@@ -76,8 +76,9 @@ def denoise(
         else:
             for part in parts:
                 if part.noisy.any():
-                    clean = denoise_channels(part.noisy, surfaces, fast=True)
-                    part.change = _with_own_means(part.noisy, clean) - part.noisy
+                    part.clean = _with_own_means(
+                        part.noisy, denoise_channels(part.noisy, surfaces, fast=True)
+                    )
         radiance = _radiance(dataset, dict(zip(names, parts, strict=True)), whole, pool)
     guided = "without the scene" if surfaces is None else "guided by colours and normals of surfaces"
     errors = {"denoised_error": error}
@@ -99,9 +100,7 @@ def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
     return seen_first(job.scene, job.grid, job.computed_grid)
 
 
-def _denoise_total(
-    picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | None, pool: Executor
-) -> Array:
+def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | None, pool: Executor) -> Array:
     """Denoise the total, in place; return its estimated error, ndarray of shape (Y, X, N)."""
     noisy, lamps = picture.noisy, _lamps(dataset)
     clean = _with_own_means(noisy, denoise_channels(noisy, surfaces))
@@ -120,11 +119,11 @@ def _denoise_total(
     of_clean = np.stack([share * mean_around(x, _WINDOW) for x in np.moveaxis(clean, 2, 0)], axis=2)
     own = own[..., np.newaxis]
     left = np.hypot((1 - own) * of_clean, own * errors)
-    picture.change = removed * (own - 1)
+    picture.clean = clean + own * removed
     error = np.empty((*noisy.shape[:2], picture.spectra.shape[1]), np.float32)
 
     def put(rows: slice) -> None:
-        np.abs(left[rows] @ picture.spectra, out=error[rows])
+        error[rows] = np.sqrt(np.square(left[rows]) @ np.square(picture.spectra))
         if lamps[rows].any() and "standard_error" in dataset:
             of_lamps = values_of(dataset, "standard_error", rows)
             error[rows][lamps[rows]] = np.hypot(error[rows], of_lamps)[lamps[rows]]
@@ -162,8 +161,8 @@ def _radiance(dataset: xr.Dataset, parts: dict[str, Picture], whole: Picture, po
         if lit:
             done = [radiance[names.index(name), rows] for name in lit]
             for name, values in zip(lit, done, strict=True):
-                values += parts[name].change[rows] @ parts[name].spectra
-            shared_out(whole.add_to(total, rows), done)
+                values[...] = parts[name].denoised(values, rows)
+            shared_out(whole.denoised(total, rows), done)
 
     list(pool.map(finish, strips(dataset.sizes["y"])))
     return radiance

@@ -25,9 +25,7 @@ _DARKEST = 0.01  # of the mean level
 _SEED = 0
 
 
-def relative_error(
-    denoised: Array, errors: Array, surfaces: tuple[Array, Array] | None
-) -> Array:
+def relative_error(denoised: Array, errors: Array, surfaces: tuple[Array, Array] | None) -> Array:
     """Estimate the error of a denoised picture, as a share of the level around each pixel.
 
     Parameters

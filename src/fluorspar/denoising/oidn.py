@@ -37,7 +37,9 @@ def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, f
     for call in range(calls):
         # 0, 2, 4 and 1, 3, 5: each three reach over all wavelengths, as those of a picture do
         part = np.nan_to_num(channels[..., call::calls])
-        scale = np.maximum(part.mean(axis=(0, 1), dtype=np.float64), np.finfo(np.float32).tiny).astype(np.float32)
+        scale = np.maximum(part.mean(axis=(0, 1), dtype=np.float64), np.finfo(np.float32).tiny).astype(
+            np.float32
+        )
         white = np.ascontiguousarray(part / scale)
         out[..., call::calls] = scale * oidn.denoise(white, hdr=True, quality=quality, **guides)
     return out

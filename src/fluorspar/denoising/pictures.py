@@ -19,6 +19,7 @@ __all__ = ["Picture", "channels_of_errors", "pictures_of", "strips"]
 
 Array = NDArray[np.float32]
 
+_MOST = 2.0  # factor on what no channel holds
 _ROWS = 16  # at a time: what stays in the caches
 
 
@@ -32,17 +33,23 @@ class Picture:
         0 where nothing was rendered.
     spectra : ndarray of shape (n, N)
         What goes with them, see `channel_spectra`.
-    change : ndarray of shape (Y, X, n)
-        What denoising has added.
+    clean : ndarray of shape (Y, X, n)
+        Those of the denoised image.
     """
 
     noisy: Array
     spectra: Array
-    change: Array
+    clean: Array
 
-    def add_to(self, radiance: Array, rows: slice) -> Array:
-        """Denoise the spectra of some rows: what no channel holds stays as it is."""
-        return np.asarray(radiance + self.change[rows] @ self.spectra)
+    def denoised(self, radiance: Array, rows: slice) -> Array:
+        """Denoise the spectra of some rows: what no channel holds becomes lighter or darker as they do."""
+        noisy, clean = self.noisy[rows], self.clean[rows]
+        before, after = noisy.sum(axis=2, keepdims=True), clean.sum(axis=2, keepdims=True)
+        factor = np.divide(after, before, out=np.ones_like(before), where=before > 0)
+        np.minimum(factor, _MOST, out=factor)
+        spectra = radiance * factor
+        spectra += (clean - factor * noisy) @ self.spectra
+        return np.asarray(spectra)
 
 
 def strips(height: int) -> list[slice]:
@@ -50,7 +57,9 @@ def strips(height: int) -> list[slice]:
     return [slice(first, min(first + _ROWS, height)) for first in range(0, height, _ROWS)]
 
 
-def pictures_of(dataset: xr.Dataset, names: list[str], counts: tuple[int, int], pool: Executor) -> list[Picture]:
+def pictures_of(
+    dataset: xr.Dataset, names: list[str], counts: tuple[int, int], pool: Executor
+) -> list[Picture]:
     """Read an image and make pictures of components, and last of their sum.
 
     Parameters
@@ -80,7 +89,7 @@ def pictures_of(dataset: xr.Dataset, names: list[str], counts: tuple[int, int], 
 
     moments = [sum(parts) for parts in zip(*pool.map(read, strips(height)), strict=True)]
     return [
-        Picture(channels, channel_spectra(of, moment), np.zeros(1, np.float32))
+        Picture(channels, channel_spectra(of, moment), channels)
         for channels, of, moment in zip(noisy, ranges, moments, strict=True)
     ]
 

@@ -84,8 +84,6 @@ def block_factors(noisy: Array, denoised: Array) -> Array:
     shrunk = difference * np.maximum(1 - variance / np.maximum(difference**2, 1e-300), 0)
     factors = 1 + np.divide(shrunk, of_denoised, out=np.zeros_like(shrunk), where=of_denoised > 0)
     factors = np.clip(factors, 1 / _MOST, _MOST)
-    places = [
-        (np.arange(length, dtype=np.float32) + 0.5) / BLOCK - 0.5 for length in (height, width)
-    ]
+    places = [(np.arange(length, dtype=np.float32) + 0.5) / BLOCK - 0.5 for length in (height, width)]
     grid = np.meshgrid(*places, indexing="ij")
     return np.asarray(map_coordinates(factors, grid, order=1, mode="nearest"), np.float32)

@@ -145,6 +145,8 @@ def _errors(
     total = None
     if kept == select(None, image.components) and "standard_error" in held:
         total = of("standard_error")
+    elif kept == select(None, image.components) and "denoised_error" in held:
+        total = of("denoised_error")
     elif len(kept) == 1 and "component_standard_error" in held:
         total = of("component_standard_error", kept[0])
     if component is not None or "component_standard_error" not in held:

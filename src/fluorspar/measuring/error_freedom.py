@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.stated import is_denoised
 
 __all__ = ["combined_freedom", "error_freedom"]
 
@@ -24,7 +25,7 @@ def error_freedom(image: SpectralImage) -> float:
     Returns
     -------
     float
-        Infinite, as if they were known, for an image that does not say.
+        Infinite, as if they were known, for an image that does not say, or that is denoised.
 
     Examples
     --------
@@ -38,6 +39,8 @@ def error_freedom(image: SpectralImage) -> float:
     """
     from fluorspar.paths.sweeping.batches import batch_count
 
+    if is_denoised(image):
+        return math.inf
     spp, repeats = image.attrs.get("spp"), image.attrs.get("repeats")
     if isinstance(repeats, int):
         samples = repeats

@@ -9,7 +9,7 @@ from fluorspar.errors import ImageError, message
 from fluorspar.image.components import select
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import error_layer
+from fluorspar.image.stated import error_layer, is_denoised
 from fluorspar.measuring.error_freedom import combined_freedom, error_freedom
 
 __all__ = ["mean_spectrum"]
@@ -38,7 +38,8 @@ def mean_spectrum(
     radiance : ndarray of shape (N,)
         In the unit of the image.
     error : ndarray of shape (N,) or None
-        Its standard error, if the image has those of what is measured: pixels are independent.
+        Its standard error, if the image has those of what is measured: pixels are independent. Or its estimated
+        error, of a denoised image, whose pixels share theirs.
     freedom : float
         Degrees of freedom of the error; infinite without one.
 
@@ -63,6 +64,8 @@ def mean_spectrum(
     if layer is None:
         return radiance, None, np.inf
     errors = values_of(image.dataset, layer[0], component=layer[1]).astype(np.float64)
+    if is_denoised(image):
+        return radiance, np.einsum("yx,yxn->n", weights, errors), np.inf
     error = np.sqrt(np.einsum("yx,yxn->n", weights**2, errors**2))
     variances = np.square(weights * errors.mean(axis=-1))
     freedom = combined_freedom(variances.sum(), np.sum(variances**2) / error_freedom(image))

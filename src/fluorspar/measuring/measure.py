@@ -16,7 +16,7 @@ from fluorspar.errors import ApproximationWarning, FluorsparWarning, ImageError,
 from fluorspar.files.names import text_of
 from fluorspar.image.components import select
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, unit_of_image
+from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, is_denoised, unit_of_image
 from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
 from fluorspar.measuring.image_scene import given_scene, scene_of
 from fluorspar.measuring.mean_spectrum import mean_spectrum
@@ -69,7 +69,7 @@ def measure(
         `radiance` of shape (P, N) on the N wavelengths of the image, W m-2 sr-1 nm-1 or the unit that the image
         states. `standard_error` is that of the mean under the aperture, if the image has standard errors of what is
         measured: pixels are independent, the bands of a pixel fully correlated; `freedom` says of how many
-        samples they are. Known whites are kept if all light is measured (the total, or `single_bounce`):
+        samples they are. Of a denoised image it is the estimated error, which pixels share. Known whites are kept if all light is measured (the total, or `single_bounce`):
         illuminance needs it.
 
     Raises
@@ -129,7 +129,12 @@ def measure(
         notes = [
             f"mean under an aperture of {aperture}{width}" + ("" if component is None else f", {component}")
         ]
-        if error_layer(image, component) == ("standard_error", None) and not all_light:
+        if is_denoised(image):
+            notes.append(
+                f"a denoised image ({image.attrs['denoised']}): errors are estimated, and pixels share them"
+            )
+        layer = error_layer(image, component)
+        if layer is not None and layer[1] is None and not all_light:
             notes.append(OF_TOTAL)
         lit = all_light or component == "single_bounce"
         spectra = PointSpectra(

@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import CIE_1931, xyz_from_radiance
 from fluorspar.comparing.whites import lab_of, white_of
+from fluorspar.denoising.denoise import Surfaces, surfaces_of
+from fluorspar.denoising.denoise import denoise as denoise_image
+from fluorspar.denoising.extra import check_extra
 from fluorspar.errors import OptionError, message
 from fluorspar.files.memory import check_memory
 from fluorspar.image.components import GROUPS, select
@@ -66,6 +69,7 @@ def sheet(
     exposure: str | float = "same",
     wavelengths: Wavelengths | str | ArrayLike | None = None,
     threads: int | None = None,
+    denoise: bool = False,
     most: int = MOST,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset:
@@ -91,6 +95,8 @@ def sheet(
         luminance, m2/cd.
     wavelengths : Wavelengths, str or array_like of shape (N,), optional
         Grid in nm, see `fluorspar.render`; default: as traced.
+    denoise : bool
+        Take the noise out of each image, see `SpectralImage.denoised`.
     most : int
         How many combinations to compute at the most.
     progress : callable or bool, optional
@@ -140,6 +146,8 @@ def sheet(
     if exposure not in ("same", "each") and (isinstance(exposure, str) or not 0 < exposure < np.inf):
         expected = "same, each, or a positive number"
         raise OptionError(message("there is no such exposure", got=repr(exposure), expected=expected))
+    if denoise:
+        check_extra()
     kept = _paths_of(paths)
     grid = kept.job.grid if wavelengths is None else read_grid(wavelengths)
     of_light = {"same_luminance": same_luminance, "library": library}
@@ -148,6 +156,8 @@ def sheet(
             relit(kept.job.scene, **{axis.kind: {axis.key: setting}}, **of_light)  # type: ignore[arg-type]
     meter = None if points is None else _Meter.of(points, kept, scene, aperture)
     images = _images(kept, axes, shown(progress), wavelengths=grid, threads=threads, **of_light)
+    if denoise:
+        images = _clean(images, kept, axes, threads, library)
     return _dataset(axes, kept, _reduced(images, axes, kept, meter), meter, grid, white, exposure)
 
 
@@ -242,6 +252,25 @@ def _images(
         if done < paths.pixels:
             raise KeyboardInterrupt  # an image keeps what is finished; a sheet without its other pictures is none
         yield index, image
+
+
+def _clean(
+    images: Iterator[tuple[tuple[int, ...], SpectralImage]],
+    paths: LightPaths,
+    axes: Sequence[Axis],
+    threads: int | None,
+    library: Sequence[str | Path],
+) -> Iterator[tuple[tuple[int, ...], SpectralImage]]:
+    """Denoise one image after another; each set of materials is looked at once."""
+    looked_at: dict[tuple[int, ...], Surfaces] = {}
+    of_surfaces = [axis.kind != "lights" for axis in axes]
+    for (index, image), (_, changes) in zip(images, in_order(axes), strict=True):
+        key = tuple(number for number, matters in zip(index, of_surfaces, strict=True) if matters)
+        if key not in looked_at:
+            surfaces = {name: setting for name, setting in changes.items() if name != "lights"}
+            scene = relit(paths.job.scene, library=library, **surfaces)  # type: ignore[arg-type]
+            looked_at[key] = surfaces_of(scene, image)
+        yield index, denoise_image(image, surfaces=looked_at[key], threads=threads)
 
 
 def _reduced(

@@ -164,9 +164,7 @@ def read_exr(path: str | os.PathLike[str], channel_wavelengths: Sequence[float] 
         for name, layer in arrays.items()
         if name != "radiance"
     }
-    return make_dataset(
-        arrays["radiance"], grid, attrs=described["attrs"], components=components, **errors
-    )
+    return make_dataset(arrays["radiance"], grid, attrs=described["attrs"], components=components, **errors)
 
 
 def _read_parts(path: Path) -> tuple[dict[str, Any] | None, list[Any]]:

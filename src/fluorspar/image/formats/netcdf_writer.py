@@ -231,8 +231,7 @@ class NetcdfWriter:
                 raise
 
     def _check(self, first_pixel: int, count: int, given: Mapping[str, NDArray[np.floating] | None]) -> None:
-        for name in VARIABLES:
-            array = given[name]
+        for name, array in given.items():
             wanted = (count, self._shapes[name][0], len(self.wavelengths)) if name in self._shapes else None
             got = None if array is None else array.shape
             if got != wanted:

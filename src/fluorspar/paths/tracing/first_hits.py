@@ -107,7 +107,9 @@ def _normal(si: Any) -> Any:
 
 
 @dr.syntax
-def _through_mirrors(tracer: LobeTracer, table: Any, o: Any, d: Any, state: Any, inc: Any) -> tuple[Any, Any, Any]:
+def _through_mirrors(
+    tracer: LobeTracer, table: Any, o: Any, d: Any, state: Any, inc: Any
+) -> tuple[Any, Any, Any]:
     """Follow each ray to the first surface that is not smooth; what a smooth coat reflects does not count."""
     scene = tracer.scene.mitsuba_scene
     rng = mi.PCG32()

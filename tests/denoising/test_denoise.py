@@ -1,0 +1,188 @@
+"""Denoised images: nearer to converged ones, spectra and energy kept, with an error that holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fluorspar
+from fluorspar.colour.difference import ciede2000
+from fluorspar.colour.xyz import xyz_from_radiance
+from fluorspar.comparing.whites import lab_of
+from fluorspar.denoising.extra import check_extra
+from fluorspar.errors import FluorsparError, ImageError
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.measuring.points import Point
+from fluorspar.spectral.wavelengths import Wavelengths
+
+SIZE = 96, 96
+GRID = "400:700:10"
+
+
+@dataclass
+class Renders:
+    """A scene of few samples, denoised, and of many."""
+
+    noisy: SpectralImage
+    clean: SpectralImage
+    converged: SpectralImage
+
+
+@pytest.fixture(scope="module")
+def box() -> Renders:
+    def render(spp: int, seed: int) -> SpectralImage:
+        return fluorspar.render("cornell-box", size=SIZE, spp=spp, seed=seed, wavelengths=GRID)
+
+    noisy = render(16, 1)
+    return Renders(noisy, noisy.denoised(), render(512, 2))
+
+
+def lit(image: SpectralImage) -> np.ndarray:
+    """The total without the lamp seen directly."""
+    return image.total().values - image.component("source").values
+
+
+def colour_difference(a: SpectralImage, b: SpectralImage) -> float:
+    """Mean CIEDE2000 of two images, against a white that is as bright as the brightest surfaces."""
+    grid = a.wavelengths
+    xyz = [xyz_from_radiance(np.maximum(lit(image), 0), grid) for image in (a, b)]
+    white = np.array([0.95047, 1, 1.08883]) * np.percentile(xyz[1][..., 1], 99) / 0.8
+    return float(np.mean(ciede2000(*(lab_of(values, white) for values in xyz))))
+
+
+def test_colours_come_near_those_of_a_converged_image(box: Renders) -> None:
+    before, after = (colour_difference(image, box.converged) for image in (box.noisy, box.clean))
+    assert after < 0.35 * before
+    assert after < 2.5  # 1.1 at 256 x 256
+
+
+def test_errors_become_far_smaller(box: Renders) -> None:
+    errors = [lit(image) - lit(box.converged) for image in (box.noisy, box.clean)]
+    before, after = (np.sqrt(np.mean(error**2)) for error in errors)
+    assert after < before / 2.5  # a fifth at 256 x 256, where a pixel has more neighbours that are like it
+
+
+def test_components_keep_their_energy_and_add_up(box: Renders) -> None:
+    for name in box.noisy.components:
+        before, after = (image.component(name).values for image in (box.noisy, box.clean))
+        error = box.noisy.component(name).values.mean(axis=2).std() / np.sqrt(before[..., 0].size)
+        assert abs(after.mean() - before.mean()) < 0.01 * before.mean() + 3 * error, name
+    blocks = [
+        lit(image).mean(axis=2).reshape(3, 32, 3, 32).mean(axis=(1, 3)) for image in (box.noisy, box.clean)
+    ]
+    error = box.noisy.standard_error().values.mean(axis=2).reshape(3, 32, 3, 32)
+    error = np.sqrt((error**2).sum(axis=(1, 3))) / 32**2
+    assert (np.abs(blocks[1] - blocks[0]) < 0.01 * blocks[0] + 3 * error).all()
+
+
+def test_the_lamp_is_left_as_it_is(box: Renders) -> None:
+    np.testing.assert_array_equal(box.clean.component("source").values, box.noisy.component("source").values)
+
+
+def test_the_estimated_error_holds(box: Renders) -> None:
+    """68 % and 95 % of normal errors are within one and two; those of a denoiser have longer tails."""
+    error = box.clean.dataset["denoised_error"].values.mean(axis=2)
+    seen = box.clean.component("source").values.max(axis=2) == 0
+    off = np.abs(lit(box.clean) - lit(box.converged)).mean(axis=2) / error
+    assert 0.6 < np.mean(off[seen] < 1) < 0.95
+    assert np.mean(off[seen] < 2) > 0.88
+    # and it is of use: well below the noise
+    assert np.mean(error[seen]) < 0.6 * np.mean(box.noisy.standard_error().values.mean(axis=2)[seen])
+
+
+def test_the_image_says_that_it_is_denoised(box: Renders, tmp_path: Path) -> None:
+    assert "standard_error" not in box.clean.dataset
+    np.testing.assert_array_equal(
+        box.clean.dataset["noisy_standard_error"], box.noisy.dataset["standard_error"]
+    )
+    for name in ("box.nc", "box.exr"):
+        box.clean.save(tmp_path / name)
+        with SpectralImage.open(tmp_path / name) as read:
+            assert read.attrs["denoised"] == box.clean.attrs["denoised"]
+            for variable in ("radiance", "denoised_error", "noisy_standard_error"):
+                np.testing.assert_array_equal(read.dataset[variable], box.clean.dataset[variable])
+    with pytest.raises(ImageError, match="denoised already"):
+        box.clean.denoised()
+
+
+def test_measurements_use_the_estimated_error(box: Renders) -> None:
+    spectra = fluorspar.measure(box.clean, [Point("floor", (48, 80))], aperture="9px")
+    assert spectra.standard_error is not None
+    assert "denoised" in " ".join(spectra.notes)
+    single = box.clean.dataset["denoised_error"].values[76:85, 44:53].mean(axis=(0, 1))
+    # pixels share their errors: a mean over many is no better known than one
+    np.testing.assert_allclose(spectra.standard_error[0], single, rtol=0.2)
+
+
+def test_comparisons_give_no_verdict_on_noise(box: Renders) -> None:
+    found = fluorspar.compare(box.clean, box.converged)
+    assert found.images is not None
+    assert found.images.noise is not None
+    assert found.images.noise.differs is None
+    assert "A is denoised" in found.images.noise.doubt
+
+
+def test_the_same_image_gives_the_same_result(box: Renders) -> None:
+    again = box.noisy.denoised(threads=1)
+    for name in ("radiance", "denoised_error"):
+        np.testing.assert_allclose(again.dataset[name], box.clean.dataset[name], rtol=1e-5, atol=1e-9)
+
+
+def two_dyes(noise: float) -> SpectralImage:
+    """Left and right half of one reflectance with different dyes, and nothing else to tell them apart."""
+    grid = Wavelengths.parse(GRID)
+    peak = {540: (slice(None), slice(0, 30)), 580: (slice(None), slice(30, 64))}
+    light = np.full((64, 64, len(grid)), 0.4)
+    for nanometres, where in peak.items():
+        light[where] += np.exp(-(((grid.values - nanometres) / 20) ** 2))
+    draw = np.random.default_rng(3).normal(1, noise, light.shape[:2])
+    error = np.broadcast_to(noise * light, light.shape)
+    return SpectralImage.from_arrays(
+        (light * draw[..., np.newaxis])[np.newaxis], grid, error, {"method": "paths"}, components=["total"]
+    )
+
+
+def test_a_sharp_edge_between_dyes_stays_sharp() -> None:
+    clean, truth = two_dyes(0.15).denoised().total().values, two_dyes(0.0).total().values
+    contrast = truth[0, 30] - truth[0, 29]
+    across = (
+        (clean.mean(axis=0) - truth[0, 29]) @ contrast / (contrast @ contrast)
+    )  # 0 on the left, 1 on the right
+    assert across[29] < 0.2
+    assert across[30] > 0.8
+    np.testing.assert_allclose(across[[26, 27, 32, 33]], [0, 0, 1, 1], atol=0.05)
+
+
+def test_pixels_that_were_not_rendered_stay_unknown() -> None:
+    image = two_dyes(0.15)
+    image.dataset["radiance"].values[:, 40:] = np.nan
+    clean = image.denoised().total().values
+    assert np.isnan(clean[40:]).all()
+    assert np.isfinite(clean[:40]).all()
+
+
+@pytest.mark.parametrize("bands", [2, 4])
+def test_few_bands_and_no_standard_error(bands: int) -> None:
+    rng = np.random.default_rng(1)
+    noisy = (1 + 0.2 * rng.standard_normal((1, 40, 33, 1))) * np.linspace(1, 2, bands)
+    image = SpectralImage.from_arrays(
+        noisy, Wavelengths.from_values(500 + 10.0 * np.arange(bands)), components=["total"]
+    )
+    clean = image.denoised()
+    assert np.std(clean.total().values[..., 0]) < 0.25 * np.std(noisy[..., 0])
+    assert "noisy_standard_error" not in clean.dataset
+    assert (clean.dataset["denoised_error"] > 0).all()
+
+
+def test_darkness_stays_dark() -> None:
+    clean = SpectralImage.from_arrays(np.zeros((7, 16, 16, 31)), Wavelengths.parse(GRID)).denoised()
+    assert not clean.total().values.any()
+
+
+def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fluorspar.denoising.extra.find_spec", lambda name: None)
+    with pytest.raises(FluorsparError, match=r'pip install "fluorspar\[denoise\]"'):
+        check_extra()
