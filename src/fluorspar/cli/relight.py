@@ -20,6 +20,7 @@ from fluorspar.cli.changes import (
 )
 from fluorspar.cli.options import (
     ComponentErrorsOption,
+    DefineOption,
     DenoiseOption,
     ImagesOption,
     LibraryOption,
@@ -73,6 +74,14 @@ def relight(
     stokes: StokesOption = "half",
     component_errors: ComponentErrorsOption = False,
     denoise: DenoiseOption = False,
+    scene: Annotated[
+        str | None,
+        typer.Option(
+            "--scene",
+            help="For --denoise: the scene that was traced. [default: the built-in it names, or none]",
+        ),
+    ] = None,
+    define: DefineOption = None,
     pictures: PicturesOption = None,
     threads: ThreadsOption = None,
 ) -> None:
@@ -80,6 +89,8 @@ def relight(
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images, stream_target
     from fluorspar.denoising.extra import check_extra
+    from fluorspar.cli.options import scene_named
+    from fluorspar.measuring.image_scene import built_in_scene
     from fluorspar.paths.light_paths import load_paths
     from fluorspar.scene.relit import relit
 
@@ -108,7 +119,9 @@ def relight(
             progress=progress,
         )
     if denoise:
-        image = image.denoised(scene=relit(kept.job.scene, **changes), threads=threads)
+        shown = scene_named(scene, define) or built_in_scene(kept.job.attrs)
+        image = image.denoised(scene=shown and relit(shown, **changes), threads=threads)
+        console.out.print(f"denoised: {image.attrs['denoised']}", markup=False, highlight=False)
     write_outputs(image, output, pictures, streamed=not denoise)
     if image.attrs.get("partial"):
         raise typer.Exit(130)  # `main` says 143 after SIGTERM

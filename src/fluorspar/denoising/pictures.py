@@ -20,6 +20,7 @@ __all__ = ["Picture", "channels_of_errors", "pictures_of", "strips"]
 Array = NDArray[np.float32]
 
 _MOST = 2.0  # factor on what no channel holds
+_LOOKED_AT = 16  # strips, and more: these tell the spectra of the image
 _ROWS = 16  # at a time: what stays in the caches
 
 
@@ -75,6 +76,8 @@ def pictures_of(
     ranges = [channel_ranges(bands, counts[0])] * len(names) + [channel_ranges(bands, counts[1])]
     noisy = [np.empty((height, width, each.shape[1]), np.float32) for each in ranges]
 
+    every = max(1, len(strips(height)) // _LOOKED_AT)
+
     def read(rows: slice) -> list[NDArray[np.float64]]:
         light = np.zeros((rows.stop - rows.start, width, bands), np.float32)
         moments = []
@@ -84,10 +87,12 @@ def pictures_of(
                 values = values_of(dataset, "radiance", rows, names[number])
                 light += values
             noisy[number][rows] = np.nan_to_num(values @ ranges[number])
-            moments.append(second_moment(values))
+            if rows.start // _ROWS % every == 0:
+                moments.append(second_moment(values))
         return moments
 
-    moments = [sum(parts) for parts in zip(*pool.map(read, strips(height)), strict=True)]
+    looked_at = [of_strip for of_strip in pool.map(read, strips(height)) if of_strip]
+    moments = [np.sum(parts, axis=0) for parts in zip(*looked_at, strict=True)]
     return [
         Picture(channels, channel_spectra(of, moment), channels)
         for channels, of, moment in zip(noisy, ranges, moments, strict=True)

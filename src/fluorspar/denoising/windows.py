@@ -70,8 +70,6 @@ def block_factors(noisy: Array, denoised: Array) -> Array:
     >>> float(block_factors(1.25 * bright, bright).max())
     1.25
     """
-    from scipy.ndimage import map_coordinates
-
     height, width = noisy.shape
     rows, columns = (np.arange(0, length, BLOCK) for length in (height, width))
 
@@ -84,6 +82,13 @@ def block_factors(noisy: Array, denoised: Array) -> Array:
     shrunk = difference * np.maximum(1 - variance / np.maximum(difference**2, 1e-300), 0)
     factors = 1 + np.divide(shrunk, of_denoised, out=np.zeros_like(shrunk), where=of_denoised > 0)
     factors = np.clip(factors, 1 / _MOST, _MOST)
-    places = [(np.arange(length, dtype=np.float32) + 0.5) / BLOCK - 0.5 for length in (height, width)]
-    grid = np.meshgrid(*places, indexing="ij")
-    return np.asarray(map_coordinates(factors, grid, order=1, mode="nearest"), np.float32)
+    down, across = (_between(length) for length in (height, width))
+    return np.asarray(down @ factors @ across.T, np.float32)
+
+
+def _between(length: int) -> NDArray[np.float64]:
+    """Weights that interpolate from the middles of blocks to pixels, ndarray of shape (pixels, blocks)."""
+    count = -(-length // BLOCK)
+    middles = BLOCK * (np.arange(count) + 0.5)
+    pixels = np.arange(length) + 0.5
+    return np.stack([np.interp(pixels, middles, one) for one in np.eye(count)], axis=1)

@@ -69,8 +69,8 @@ def measure(
         `radiance` of shape (P, N) on the N wavelengths of the image, W m-2 sr-1 nm-1 or the unit that the image
         states. `standard_error` is that of the mean under the aperture, if the image has standard errors of what is
         measured: pixels are independent, the bands of a pixel fully correlated; `freedom` says of how many
-        samples they are. Of a denoised image it is the estimated error, which pixels share. Known whites are kept if all light is measured (the total, or `single_bounce`):
-        illuminance needs it.
+        samples they are. Of a denoised image it is the estimated error, which pixels share. Known whites are kept if
+        all light is measured (the total, or `single_bounce`): illuminance needs it.
 
     Raises
     ------

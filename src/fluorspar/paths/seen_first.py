@@ -61,4 +61,4 @@ def _colours(scene: Scene, grid: Wavelengths, computed: Wavelengths) -> Array:
             S = 0.5 + 0.5 * x / np.sqrt(1 + x * x)
             of_texels = operate(S, np.where(operation <= METAL, PLAIN, operation))
             colours[-1] = np.concatenate([colours[-1], of_texels])
-    return np.clip(np.stack(colours, axis=1), 0, 1).astype(np.float32)
+    return np.asarray(np.clip(np.stack(colours, axis=1), 0, 1), np.float32)

@@ -96,7 +96,7 @@ def sheet(
     wavelengths : Wavelengths, str or array_like of shape (N,), optional
         Grid in nm, see `fluorspar.render`; default: as traced.
     denoise : bool
-        Take the noise out of each image, see `SpectralImage.denoised`.
+        Take the noise out of each image, see `SpectralImage.denoised`; with paths from a file give the scene too.
     most : int
         How many combinations to compute at the most.
     progress : callable or bool, optional
@@ -157,7 +157,7 @@ def sheet(
     meter = None if points is None else _Meter.of(points, kept, scene, aperture)
     images = _images(kept, axes, shown(progress), wavelengths=grid, threads=threads, **of_light)
     if denoise:
-        images = _clean(images, kept, axes, threads, library)
+        images = _clean(images, axes, _shown(kept, scene), threads, library)
     return _dataset(axes, kept, _reduced(images, axes, kept, meter), meter, grid, white, exposure)
 
 
@@ -254,22 +254,33 @@ def _images(
         yield index, image
 
 
+def _shown(paths: LightPaths, scene: Scene | str | Path | None) -> Scene | None:
+    """The scene of light paths with its geometry, which those from a file do not hold."""
+    given = given_scene(scene)
+    if given is None and not isinstance(paths.chunks, PathsInFile):
+        return paths.job.scene
+    return given or built_in_scene(paths.job.attrs)
+
+
 def _clean(
     images: Iterator[tuple[tuple[int, ...], SpectralImage]],
-    paths: LightPaths,
     axes: Sequence[Axis],
+    shown: Scene | None,
     threads: int | None,
     library: Sequence[str | Path],
 ) -> Iterator[tuple[tuple[int, ...], SpectralImage]]:
     """Denoise one image after another; each set of materials is looked at once."""
-    looked_at: dict[tuple[int, ...], Surfaces] = {}
+    looked_at: dict[tuple[int, ...], Surfaces | None] = {}
     of_surfaces = [axis.kind != "lights" for axis in axes]
     for (index, image), (_, changes) in zip(images, in_order(axes), strict=True):
         key = tuple(number for number, matters in zip(index, of_surfaces, strict=True) if matters)
         if key not in looked_at:
             surfaces = {name: setting for name, setting in changes.items() if name != "lights"}
-            scene = relit(paths.job.scene, library=library, **surfaces)  # type: ignore[arg-type]
-            looked_at[key] = surfaces_of(scene, image)
+            looked_at[key] = (
+                surfaces_of(relit(shown, library=library, **surfaces), image)  # type: ignore[arg-type]
+                if shown is not None
+                else None
+            )
         yield index, denoise_image(image, surfaces=looked_at[key], threads=threads)
 
 
