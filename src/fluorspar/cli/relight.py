@@ -86,10 +86,10 @@ def relight(
     threads: ThreadsOption = None,
 ) -> None:
     """Compute an image of light paths, with other lights, materials and wavelengths; nothing is traced."""
+    from fluorspar.cli.options import scene_named
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images, stream_target
     from fluorspar.denoising.extra import check_extra
-    from fluorspar.cli.options import scene_named
     from fluorspar.measuring.image_scene import built_in_scene
     from fluorspar.paths.light_paths import load_paths
     from fluorspar.scene.relit import relit
