@@ -77,11 +77,11 @@ def _tracer(job: RenderJob, kept: bool) -> Any:
         from fluorspar.paths.tracing.trace_scene import build_trace_scene
         from fluorspar.paths.tracing.tracer import Tracer
 
-        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed)
+        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed_of_stream)
     from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
     from fluorspar.paths.tracing.lobe_tracer import LobeTracer
 
-    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed)
+    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed_of_stream)
 
 
 def _survival(job: RenderJob) -> NDArray[np.floating]:
