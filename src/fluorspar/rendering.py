@@ -84,9 +84,9 @@ def render(
         Estimate the standard error of each component too, not only of the total.
     until : str, optional
         Render passes of `spp` samples or more until the relative standard error of luminance of a pixel is so small:
-        `"error=1%"` on average over the pixels that show light, `"p95=2%"` at their 95th percentile; also as a fraction,
-        `"error=0.01"`. The first pass is the image without this option. Attribute `until` says what was reached, see
-        `fluorspar.paths.passes`.
+        `"error=1%"` on average over the pixels that show light, `"p95=2%"` at their 95th percentile; also as a
+        fraction, `"error=0.01"`. The first pass is the image without this option. Attribute `until` says what was
+        reached, see `fluorspar.paths.passes`.
     max_time : str or float, optional
         With `until`: begin no pass that would end after this time, but one: `"90s"`, `"10m"`, `"1.5h"`, or seconds.
     variant : str

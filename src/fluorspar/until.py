@@ -60,7 +60,9 @@ class Until:
                 return None
             fix = "say until when to render (--until error=1%, until='error=1%')"
             raise OptionError(message("a time is given without a target", got=max_time, fix=fix))
-        expected = "error=FRACTION (the mean over the pixels) or p95=FRACTION (their 95th percentile), a fraction "
+        expected = (
+            "error=FRACTION (the mean over the pixels) or p95=FRACTION (their 95th percentile), a fraction "
+        )
         expected += "above 0 and below 1, such as error=1% or error=0.01"
         measure, _, text = str(until).partition("=")
         found = _FRACTION.fullmatch(text.strip())

@@ -87,7 +87,9 @@ def render(
     ] = None,
     max_time: Annotated[
         str | None,
-        typer.Option(metavar="TIME", help="With --until: begin no pass that would end later; 90s, 10m, 1.5h."),
+        typer.Option(
+            metavar="TIME", help="With --until: begin no pass that would end later; 90s, 10m, 1.5h."
+        ),
     ] = None,
     pictures: PicturesOption = None,
     variant: VariantOption = "llvm",

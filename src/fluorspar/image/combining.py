@@ -49,7 +49,9 @@ def combine(pixels: Pixels, samples: int, earlier: Pixels, earlier_samples: int)
     whole = bool(both.all())
     for error, before in pairs:
         combined = _combined_error(error, before, share)
-        error[...] = combined if whole else np.select([both[:, None], new[:, None]], [combined, before], error)
+        error[...] = (
+            combined if whole else np.select([both[:, None], new[:, None]], [combined, before], error)
+        )
     for layer, before in zip(pixels.radiance, earlier.radiance, strict=True):
         mean = np.float32(share) * layer + np.float32(1 - share) * before
         layer[...] = mean if whole else np.select([both[:, None], new[:, None]], [mean, before], layer)
@@ -94,9 +96,7 @@ def pixels_of(image: SpectralImage, first: int, count: int) -> Pixels:
                 flat = values.reshape(*values.shape[:-3], -1, values.shape[-1])
                 read[name] = flat[..., start : start + count, :]
     missing = np.full(read["radiance"].shape[1:], np.nan, np.float32)
-    return Pixels(
-        read["radiance"], read.get("standard_error", missing), read.get("component_standard_error")
-    )
+    return Pixels(read["radiance"], read.get("standard_error", missing), read.get("component_standard_error"))
 
 
 class AddedPixels:

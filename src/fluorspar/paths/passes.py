@@ -85,10 +85,11 @@ def render_passes(
             passes.image = SpectralImage.open(output)  # the pass may have been written when the signal came
     image = passes.image
     assert image is not None
-    if progress:
+    told = image.attrs["until"]
+    if progress and told["stopped"] != "interrupted":
         progress(passes.done * passes.pixels, passes.done * passes.pixels)
-    if why := _MISSED.get(image.attrs["until"]["stopped"]):
-        _warn(f"{until} was not reached ({_in_words(image.attrs['until'])}): {why}")
+    if why := _MISSED.get(told["stopped"]):
+        _warn(f"{until} was not reached ({_in_words(told)}): {why}")
     return image
 
 
