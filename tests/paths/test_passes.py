@@ -14,6 +14,7 @@ from fluorspar import Scene, SpectralImage, Wavelengths, load_scene, render
 from fluorspar.colour.xyz import luminance
 from fluorspar.errors import FluorsparWarning
 from fluorspar.image.combining import combine, pixels_of
+from fluorspar.image.formats.netcdf import NetcdfWriter
 from fluorspar.image.pixels import Pixels
 from fluorspar.job import LARGEST_SEED, RenderJob
 from fluorspar.paths.chunks import CHUNK
@@ -138,12 +139,11 @@ class TestPasses:
         for a, b in ((first, second), (second, other)):
             assert not (a[lit] == b[lit]).all(axis=-1).any()
 
-    def test_general_scenes(self) -> None:
-        image = render(
-            load_scene("still-life"), size=(8, 6), spp=4, wavelengths="400:700:5", until="error=40%"
-        )
+    def test_general_scenes(self, tmp_path: Path) -> None:
+        plate = '<shape type="rectangle"> <bsdf type="roughplastic"/> </shape>'
+        image = render(xml_scene(tmp_path, plate), wavelengths=GRID, until="error=4%")
         assert told(image)["stopped"] == "reached"
-        assert len(told(image)["passes"]) > 1
+        assert len(told(image)["passes"]) > 2
 
 
 class TestReached:
@@ -317,3 +317,19 @@ class TestInterrupted:
         assert sum(told(image)["passes"]) == image.attrs["spp"]
         assert np.isfinite(image.total().values).all()
         image.close()
+
+    def test_when_a_pass_has_just_been_written(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        """The file holds it already, so it counts."""
+        close, calls = NetcdfWriter.close, iter(range(100))
+
+        def closed(writer: NetcdfWriter, **options: Any) -> None:
+            close(writer, **options)
+            if next(calls) == 2:
+                raise KeyboardInterrupt
+
+        monkeypatch.setattr(NetcdfWriter, "close", closed)
+        with pytest.warns(FluorsparWarning, match="64 samples per pixel"):
+            image = render(box(), wavelengths=GRID, until="error=2%", output=tmp_path / "a.nc")
+        assert (told(image)["passes"], image.attrs["spp"]) == ([16, 16, 32], 64)
+        image.close()
+        assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]

@@ -17,6 +17,8 @@ __all__ = ["AddedPixels", "combine", "pixels_of"]
 
 Array = NDArray[np.float32]
 
+_RUN = 8192  # pixels read at a time
+
 
 def combine(pixels: Pixels, samples: int, earlier: Pixels, earlier_samples: int) -> None:
     """Turn pixels into the mean of themselves and of those of an earlier, independent render, in place.
@@ -136,8 +138,11 @@ class AddedPixels:
 
     def keep(self, first: int, count: int) -> None:
         room, at = self._target.room(first, count)
-        earlier = pixels_of(self._image, first, count)
-        combine(room[at : at + count], self._samples, earlier, self._image_samples)
+        for start in range(0, count, _RUN):
+            run = min(_RUN, count - start)
+            earlier = pixels_of(self._image, first + start, run)
+            pixels = room[at + start : at + start + run]
+            combine(pixels, self._samples, earlier, self._image_samples)
         self._target.keep(first, count)
 
     def image(self, attrs: Mapping[str, Any], *, partial: bool) -> SpectralImage:

@@ -14,7 +14,7 @@ from fluorspar.paths.log import Chunk
 from fluorspar.paths.numbering import numbered, rows_shown
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
 
-__all__ = ["CHUNK", "trace_chunks"]
+__all__ = ["CHUNK", "trace_chunks", "variant_of"]
 
 # Paths traced at a time; constants, because the random numbers of a pixel depend on them. A small chunk stays in a
 # processor's caches, a large one keeps a GPU busy: 2^21 instead of 2^19 halves the time of tracing on an H200.
@@ -43,8 +43,7 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
     pixels = settings.width * settings.height
     per_chunk = max(1, CHUNK[job.variant] // settings.spp)
     runs = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
-    variants = TRACE_VARIANTS if job.scene.lobes is None else LOBE_VARIANTS
-    with use_variant(variants[job.variant]):
+    with use_variant(variant_of(job)):
         threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
         try:
@@ -62,6 +61,11 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
             raise
         finally:
             dr.set_thread_count(threads_before)
+
+
+def variant_of(job: RenderJob) -> str:
+    """The variant of Mitsuba that traces a job."""
+    return (TRACE_VARIANTS if job.scene.lobes is None else LOBE_VARIANTS)[job.variant]
 
 
 def _tracer(job: RenderJob, kept: bool) -> Any:

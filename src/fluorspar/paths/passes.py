@@ -18,10 +18,11 @@ from fluorspar.image.pixels import Target
 from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
-from fluorspar.paths.chunks import trace_chunks
+from fluorspar.paths.chunks import trace_chunks, variant_of
 from fluorspar.paths.render import fill, keep_finished, new_target
 from fluorspar.progress import Progress
 from fluorspar.scene.settings import MOST_SAMPLES
+from fluorspar.scene.variants import use_variant
 from fluorspar.until import Until, next_samples
 
 __all__ = ["render_passes"]
@@ -76,8 +77,9 @@ def render_passes(
     passes = _Passes(job, until, output, progress, clock)
     size = job.scene.settings.spp
     try:
-        while size:
-            size = passes.render(size)
+        with use_variant(variant_of(job)):  # to change it between passes would take longer than a small one
+            while size:
+                size = passes.render(size)
     except KeyboardInterrupt:
         if passes.image is None:
             raise
