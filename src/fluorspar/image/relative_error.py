@@ -42,15 +42,16 @@ class RelativeErrors:
     """
 
     def __init__(self, grid: Wavelengths, pixels: int) -> None:
-        visible = observer_weights(grid)[:, 1].astype(np.float32)
+        visible = observer_weights(grid)[:, 1]
         self.of = "luminance" if visible.any() else "sum of the bands"
         self._weights = visible if visible.any() else np.ones_like(visible)
         self._errors = np.full(pixels, np.nan, np.float32)  # NaN: no light, or not rendered
 
     def add(self, first: int, pixels: Pixels) -> None:
         """Look at the pixels from number `first` on; those of a single sample count as infinitely uncertain."""
-        light = sum(layer @ self._weights for layer in pixels.radiance)
-        error = error_of_sum(pixels.standard_error, self._weights, correlated=True)
+        weights = self._weights.astype(np.float32)  # spares copies in double precision
+        light = sum(layer @ weights for layer in pixels.radiance)
+        error = error_of_sum(pixels.standard_error.astype(np.float64), self._weights, correlated=True)
         error[np.isnan(error)] = np.inf
         ratio = np.divide(error, light, out=np.full_like(error, np.nan), where=light > 0)
         self._errors[first : first + len(ratio)] = ratio

@@ -133,11 +133,11 @@ def _reached(until: Any) -> str | None:
     """What passes were rendered for, and what came of it, see `fluorspar.paths.passes`."""
     if not isinstance(until, dict):
         return None
-    mean, p95 = until.get("mean"), until.get("p95")
-    errors = "not known" if None in (mean, p95) else f"{100 * mean:.3g} %, 95th percentile {100 * p95:.3g} %"
+    errors = [until.get(name) for name in ("mean", "p95")]
+    reached = [f"{100 * error:.3g} %" for error in errors if isinstance(error, float | int)] or ["not known"]
     return (
         f"{until.get('target')}, {until.get('stopped')} after {len(until.get('passes', ()))} passes; "
-        f"standard error of {until.get('of')} per pixel {errors}"
+        f"standard error of {until.get('of')} per pixel {', 95th percentile '.join(reached)}"
     )
 
 
