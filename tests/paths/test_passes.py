@@ -12,7 +12,7 @@ import pytest
 
 from fluorspar import Scene, SpectralImage, Wavelengths, load_scene, render
 from fluorspar.colour.xyz import luminance
-from fluorspar.errors import FluorsparWarning
+from fluorspar.errors import FluorsparWarning, ImageError
 from fluorspar.image.combining import combine, pixels_of
 from fluorspar.image.formats.netcdf import NetcdfWriter
 from fluorspar.image.pixels import Pixels
@@ -233,6 +233,24 @@ class TestLimits:
         assert all(done < whole for done, whole in calls[:-1])
         assert calls[-1] == (PIXELS * image.attrs["spp"],) * 2
         assert [done for done, _ in calls] == sorted(done for done, _ in calls)
+
+
+def test_a_full_disk_in_a_later_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error, and the file holds the passes that are finished."""
+    write, passes = NetcdfWriter.write_pixels, iter(range(100))
+
+    def full(*arguments: Any) -> None:
+        if next(passes) == 2:
+            raise ImageError("the disk is full")
+        write(*arguments)
+
+    monkeypatch.setattr(NetcdfWriter, "write_pixels", full)
+    with pytest.raises(ImageError, match="disk is full"):
+        render(box(), wavelengths=GRID, until="error=2%", output=tmp_path / "a.nc")
+    with SpectralImage.open(tmp_path / "a.nc") as image:
+        assert (told(image)["passes"], told(image)["stopped"]) == ([16, 16], "interrupted")
+        assert np.isfinite(image.total().values).all()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
 
 
 class TestInterrupted:
