@@ -22,6 +22,7 @@ from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import TRACE_VARIANTS
 from fluorspar.spectral.light import light_on
 from fluorspar.spectral.wavelengths import Wavelengths
+from fluorspar.until import Until
 from fluorspar.version import __version__
 
 __all__ = ["RenderJob", "read_grid"]
@@ -58,6 +59,10 @@ class RenderJob:
         Options of the method: only the staged one has any.
     relit : mapping
         What was changed in the scene since its light paths were traced, in words.
+    until : Until, optional
+        Render passes until the image is that good, see `fluorspar.paths.passes`.
+    stream : int
+        Which of the streams of random numbers of the seed: 0, or the number of a later pass.
 
     Raises
     ------
@@ -82,6 +87,8 @@ class RenderJob:
     threads: int | None = None
     options: Any = None
     relit: Mapping[str, Any] = field(default_factory=dict)
+    until: Until | None = None
+    stream: int = 0
     _asked: Scene | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -94,6 +101,11 @@ class RenderJob:
             got = "component_errors" if self.component_errors else f"variant={self.variant!r}"
             raise OptionError(
                 message("the staged method has no such option", got=got, expected="method='paths' with it")
+            )
+        if self.method == "staged" and self.until is not None:
+            fix = "use method 'paths', or render as many samples as it takes (--spp)"
+            raise OptionError(
+                message("the staged method renders no passes", got=f"until {self.until}", fix=fix)
             )
         if self.method == "staged" and self.scene.lobes is not None:
             raise OptionError(
@@ -178,6 +190,11 @@ class RenderJob:
     def lights(self) -> list[NDArray[np.float64]]:
         """Spectra of the scene's lights on the computed grid, by row of its table."""
         return [light_on(light.spectrum, self.computed_grid) for light in self.scene.lights]
+
+    @property
+    def seed_of_stream(self) -> int:
+        """The seed itself, or for another stream of random numbers one that is beyond all seeds."""
+        return self.seed + self.stream * 2 * (LARGEST_SEED + 1)
 
     @property
     def attrs(self) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from fluorspar.paths.log import Chunk
 from fluorspar.paths.numbering import numbered, rows_shown
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
 
-__all__ = ["CHUNK", "trace_chunks"]
+__all__ = ["CHUNK", "trace_chunks", "variant_of"]
 
 # Paths traced at a time; constants, because the random numbers of a pixel depend on them. A small chunk stays in a
 # processor's caches, a large one keeps a GPU busy: 2^21 instead of 2^19 halves the time of tracing on an H200.
@@ -43,8 +43,7 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
     pixels = settings.width * settings.height
     per_chunk = max(1, CHUNK[job.variant] // settings.spp)
     runs = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
-    variants = TRACE_VARIANTS if job.scene.lobes is None else LOBE_VARIANTS
-    with use_variant(variants[job.variant]):
+    with use_variant(variant_of(job)):
         threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
         try:
@@ -64,6 +63,11 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
             dr.set_thread_count(threads_before)
 
 
+def variant_of(job: RenderJob) -> str:
+    """The variant of Mitsuba that traces a job."""
+    return (TRACE_VARIANTS if job.scene.lobes is None else LOBE_VARIANTS)[job.variant]
+
+
 def _tracer(job: RenderJob, kept: bool) -> Any:
     """The tracer for the kind of the scene; the variant must be set."""
     scene, survival = job.scene, _survival(job)
@@ -77,11 +81,11 @@ def _tracer(job: RenderJob, kept: bool) -> Any:
         from fluorspar.paths.tracing.trace_scene import build_trace_scene
         from fluorspar.paths.tracing.tracer import Tracer
 
-        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed)
+        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed_of_stream)
     from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
     from fluorspar.paths.tracing.lobe_tracer import LobeTracer
 
-    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed)
+    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed_of_stream)
 
 
 def _survival(job: RenderJob) -> NDArray[np.floating]:
