@@ -17,6 +17,7 @@ from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.stated import METHODS
 from fluorspar.scene.loading import load_scene
+from fluorspar.scene.sample_sets import error_freedom
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import TRACE_VARIANTS
@@ -89,7 +90,6 @@ class RenderJob:
     relit: Mapping[str, Any] = field(default_factory=dict)
     until: Until | None = None
     stream: int = 0
-    _asked: Scene | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _one_of("method", self.method, METHODS)
@@ -138,11 +138,6 @@ class RenderJob:
                         expected=f"1 or more, at most {MOST_THREADS}",
                     )
                 )
-        # The staged method has a sampler of its own. A copy of a job asks its scene no more, so that light paths
-        # give their images also where the scene's files are not.
-        if self.method == "paths" and self.scene is not self._asked:
-            object.__setattr__(self, "scene", self.scene.with_whole_samples())
-            object.__setattr__(self, "_asked", self.scene)
 
     @classmethod
     def of(
@@ -204,6 +199,7 @@ class RenderJob:
             "version": __version__,
             "method": self.method,
             "spp": settings.spp,
+            "error_freedom": error_freedom(settings) if self.method == "paths" else None,
             "seed": self.seed,
             "max_depth": settings.max_depth,
             "rr_depth": settings.rr_depth,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Generator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,9 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
     settings = job.scene.settings
     pixels = settings.width * settings.height
     per_chunk = max(1, CHUNK[job.variant] // settings.spp)
-    runs = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
+    # Of equal length, because standard errors are pooled within them.
+    edges = np.linspace(0, pixels, -(-pixels // per_chunk) + 1).astype(int).tolist()
+    runs = [(first, stop - first) for first, stop in pairwise(edges)]
     with use_variant(variant_of(job)):
         threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())

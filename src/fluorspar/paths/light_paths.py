@@ -197,7 +197,6 @@ class LightPaths:
         job = replace(
             self.job,
             scene=scene,
-            _asked=scene,
             relit=said,
             grid=self.job.grid if wavelengths is None else read_grid(wavelengths),
             stokes=self.job.stokes if stokes is None else stokes,

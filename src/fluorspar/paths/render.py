@@ -18,6 +18,7 @@ from fluorspar.paths.sweeping.lobe_kernel import LobeTables, lobe_tables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
 from fluorspar.paths.sweeping.sweep import sweep
 from fluorspar.progress import Progress
+from fluorspar.scene.sample_sets import sample_sets
 from fluorspar.scene.variants import usable_cores
 
 __all__ = ["fill", "keep_finished", "new_target", "render_chunks"]
@@ -78,10 +79,11 @@ def fill(
     settings = job.scene.settings
     with ThreadPoolExecutor(job.threads or usable_cores()) as pool:
         tables = _tables(job)
+        row_length = settings.width if sample_sets(settings) == 2 else None
         for chunk in chunks:
             first, count = chunk.first_pixel, chunk.pixels
             room, at = target.room(first, count)
-            sweep(chunk, tables, pool, room, at, settings.spp)
+            sweep(chunk, tables, pool, room, at, settings.spp, row_length=row_length)
             del chunk  # its log goes before the next one comes
             target.keep(first, count)
             if errors is not None:

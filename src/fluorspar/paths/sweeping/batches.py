@@ -18,6 +18,8 @@ __all__ = ["COMPONENT_COUNT", "TOTAL", "Tally", "count", "new_tally", "store"]
 
 COMPONENT_COUNT = len(COMPONENTS)
 TOTAL = COMPONENT_COUNT  # index behind the components, for the tally of the total
+
+
 class Tally(NamedTuple):
     """Batch means of the components and, last, of the total: weighted sums and squares of their distance to `pivot`.
 

@@ -127,7 +127,20 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                     for c in range(COMPONENT_COUNT):
                         count(tally, c, y[c], end - begin, b, batches, width)
             close_pixel(pixel, seen, y, tables, width)
-            store(at + p, y, tally, spp, batches, tables.bands, component_errors, radiance, error, errors, halves, p)
+            store(
+                at + p,
+                y,
+                tally,
+                spp,
+                batches,
+                tables.bands,
+                component_errors,
+                radiance,
+                error,
+                errors,
+                halves,
+                p,
+            )
         return stop
 
     keep_code(kernel, f"the sweep of {width} bands")

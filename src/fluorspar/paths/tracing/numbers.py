@@ -23,7 +23,7 @@ import mitsuba as mi
 import numpy as np
 from scipy.stats import qmc
 
-from fluorspar.paths.sample_sets import sample_sets
+from fluorspar.scene.sample_sets import sample_sets
 from fluorspar.scene.settings import Settings
 
 __all__ = ["Numbers", "PathNumbers"]
