@@ -21,6 +21,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from fluorspar.scene.sample_sets import sample_sets
@@ -52,16 +53,17 @@ class PathNumbers:
         index = np.arange(spp) - edges[set_of_sample]
         bits = max(1, int(index.max()).bit_length())
         # Opaque: a number written into the kernel would mean a new kernel for each.
-        self._bits, self._last = (dr.opaque(mi.UInt32, n) for n in (bits, (1 << bits) - 1))
+        self._bits = dr.opaque(mi.UInt32, bits)
         self._seeds = [dr.opaque(mi.UInt32, int(n)) for n in np.random.SeedSequence(seed).generate_state(2)]
-        self._samples = mi.UInt32(np.stack([set_of_sample, index], axis=1).astype(np.uint32).ravel())
+        # Two numbers in one entry, and so one gather. (Packets of Dr.Jit need a new kernel for each alignment.)
+        self._samples = mi.UInt32((set_of_sample | index << 16).astype(np.uint32))
         self._points = mi.UInt32(_points(bits).ravel())
 
     def at(self, pixel: Any, sample: Any, first: Any) -> Numbers:
         """Numbers for a sample of a pixel, from use `first` on."""
-        number_of_set, index = dr.gather(mi.Vector2u, self._samples, sample)
-        key = _hash(_hash(pixel + self._seeds[0]) ^ (number_of_set * 0x85EBCA6B + self._seeds[1]))
-        return Numbers(self._points, self._bits, self._last, key, index, first)
+        entry = dr.gather(mi.UInt32, self._samples, sample)
+        key = _hash(_hash(pixel + self._seeds[0]) ^ ((entry & 0xFFFF) * 0x85EBCA6B + self._seeds[1]))
+        return Numbers(self._points, self._bits, key, entry >> 16, first)
 
 
 @dataclass
@@ -70,7 +72,6 @@ class Numbers:
 
     points: Any
     bits: Any
-    last: Any
     key: Any
     index: Any
     first: Any
@@ -79,11 +80,12 @@ class Numbers:
         """Points in the unit square, spread over the samples."""
         use = self.first + use
         group = _hash(self.key ^ ((use >> _PAIRS_BITS) * _OTHER))
-        index = dr.brev(_scrambled(dr.brev(self.index), group)) & self.last
+        index = dr.brev(_scrambled(dr.brev(self.index), group)) & ((mi.UInt32(1) << self.bits) - 1)
         pair = use & ((1 << _PAIRS_BITS) - 1)
-        x, y = dr.gather(mi.Vector2u, self.points, (pair << self.bits) + index)
+        point = dr.gather(mi.UInt32, self.points, (pair << self.bits) + index)
         key = _hash(self.key + use * _GOLDEN)
-        return mi.Point2f(_fraction(_scrambled(x, key)), _fraction(_scrambled(y, _hash(key))))
+        x, y = _scrambled(point & 0xFFFF, key), _scrambled(point >> 16, _hash(key))
+        return mi.Point2f(_fraction(x), _fraction(y))
 
     def one(self, use: int) -> Any:
         """Numbers in [0, 1), independent; `use` counts apart from that of pairs, up to 15."""
@@ -95,14 +97,15 @@ class Numbers:
         return mi.Point2f(self.one(use), self.one(use + 1))
 
 
-def _points(bits: int) -> np.ndarray:
-    """The first 2^bits points of Sobol's sequence, of shape (pairs, points, 2), with the bits of numbers reversed."""
-    dimensions = 2 << _PAIRS_BITS
-    points = qmc.Sobol(dimensions, scramble=False, bits=32).random(1 << bits)
+def _points(bits: int) -> NDArray[np.uint32]:
+    """The first 2^bits points of Sobol's sequence, of shape (pairs, points), with the bits of numbers reversed.
+
+    They have no more than `bits` bits; the second number of a pair is in the upper half of an entry.
+    """
+    points = qmc.Sobol(2 << _PAIRS_BITS, scramble=False, bits=32).random(1 << bits)
     octets = (points * 2.0**32).astype(">u4").view(np.uint8)
-    reversed_bits = np.packbits(np.unpackbits(octets), bitorder="little").view("<u4")
-    pairs = reversed_bits.reshape(1 << bits, -1, 2).transpose(1, 0, 2)
-    return np.ascontiguousarray(pairs[list(_ORDER)]).astype(np.uint32)
+    reversed_bits = np.packbits(np.unpackbits(octets), bitorder="little").view("<u4").reshape(points.shape).T
+    return (reversed_bits[::2] | reversed_bits[1::2] << 16).astype(np.uint32)[list(_ORDER)]
 
 
 def _hash(x: Any) -> Any:
