@@ -77,11 +77,11 @@ def _tracer(job: RenderJob, kept: bool) -> Any:
         from fluorspar.paths.tracing.trace_scene import build_trace_scene
         from fluorspar.paths.tracing.tracer import Tracer
 
-        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed)
+        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed, _power(job))
     from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
     from fluorspar.paths.tracing.lobe_tracer import LobeTracer
 
-    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed)
+    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed, _power(job))
 
 
 def _survival(job: RenderJob) -> NDArray[np.floating]:
@@ -99,3 +99,10 @@ def _survival(job: RenderJob) -> NDArray[np.floating]:
     if lobes is None or not len(lobes.colours):
         return of_rows
     return np.concatenate([of_rows, lobes.brightest], dtype=np.float32)
+
+
+def _power(job):
+    from fluorspar.spectral.light import sampled_or_averaged
+    grid, lobes = job.computed_grid, job.scene.lobes
+    out = np.array([sampled_or_averaged(light.spectrum, grid)[0].mean() for light in job.scene.lights])
+    return out

@@ -195,7 +195,7 @@ def _trace(
         origin = dr.zeros(mi.Interaction3f)
         origin.p = previous
         ds = mi.DirectionSample3f(scene, si, origin)
-        pdf_direct = scene.pdf_emitter_direction(origin, ds, seen & (pdf < _CERTAIN))
+        pdf_direct = tracer.lights.pdf(origin, ds, seen & (pdf < _CERTAIN))
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * mis(pdf, pdf_direct), 0.0)
         dr.scatter(log["sampled"], sampled, slot)
         if dr.hint(not tracer.one_light, mode="scalar"):
@@ -208,7 +208,7 @@ def _trace(
             active &= depth + 1 < max_depth
         bsdf = si.bsdf(ray)
         smooth = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-        ds, emitted = scene.sample_emitter_direction(si, two(rng), False, smooth)
+        ds, emitted = tracer.lights.sample(si, two(rng), rng, smooth)
         smooth &= ds.pdf > 0
         wo = si.to_local(ds.d)
         u = two(rng)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, SURVIVAL, Chunk, Log, lanes_per_pixel
+from fluorspar.paths.tracing.light_choice import light_choice
 from fluorspar.scene.settings import UNLIMITED, Settings
 
 __all__ = ["Spread", "Tracer", "camera_ray", "mis", "two"]
@@ -72,7 +73,7 @@ class Tracer:
         Same seed, same paths, bit for bit, whatever the number of threads.
     """
 
-    def __init__(self, scene: Any, settings: Settings, survival: NDArray[np.floating], seed: int) -> None:
+    def __init__(self, scene: Any, settings: Settings, survival: NDArray[np.floating], seed: int, power=None) -> None:
         self.scene: Any = scene
         self.settings = settings
         self.seed = seed
@@ -83,6 +84,7 @@ class Tracer:
         self._longest_lane = -(-settings.spp // lanes_per_pixel(settings.spp))  # in samples
         self._room = _ROOM
         self.read_scene(scene)
+        self.lights = light_choice(scene.mitsuba_scene, power, scene.light_of_emitter)
 
     def read_scene(self, scene: Any) -> None:
         """Give the tables of the scene to Dr.Jit."""
@@ -257,7 +259,7 @@ def _trace(
         origin = dr.zeros(mi.Interaction3f)
         origin.p = previous
         ds = mi.DirectionSample3f(scene, si, origin)
-        pdf_direct = scene.pdf_emitter_direction(origin, ds, seen & (depth > 0))
+        pdf_direct = tracer.lights.pdf(origin, ds, seen & (depth > 0))
         weight = dr.select(depth == 0, 1.0, mis(pdf, pdf_direct))
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * weight, 0.0)
         dr.scatter(log["sampled"], sampled, slot)
@@ -277,7 +279,7 @@ def _trace(
         active &= row != END
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth
-        ds, emitted = scene.sample_emitter_direction(si, two(rng), False, active)
+        ds, emitted = tracer.lights.sample(si, two(rng), rng, active)
         cosine = dr.maximum(dr.dot(si.sh_frame.n, ds.d) * dr.sign(si.wi.z), 0.0)
         pdf_sampled = cosine * dr.inv_pi
         weight = dr.select(ds.delta, 1.0, mis(ds.pdf, pdf_sampled))
