@@ -125,4 +125,6 @@ def _write_picture(file: Path) -> None:
     from PIL import Image
 
     ramp = np.linspace(0, 255, 16, dtype=np.uint8)
-    Image.fromarray(np.stack([np.tile(ramp, (16, 1)), np.full((16, 16), 90, np.uint8), ramp[:, None].repeat(16, 1)], 2)).save(file)
+    Image.fromarray(
+        np.stack([np.tile(ramp, (16, 1)), np.full((16, 16), 90, np.uint8), ramp[:, None].repeat(16, 1)], 2)
+    ).save(file)

@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
 from fluorspar.paths.numbering import numbered, rows_shown
+from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
+from fluorspar.spectral.light import means_over_bands
 
 __all__ = ["CHUNK", "trace_chunks"]
 
 # Paths traced at a time; constants, because the random numbers of a pixel depend on them. A small chunk stays in a
 # processor's caches, a large one keeps a GPU busy: 2^21 instead of 2^19 halves the time of tracing on an H200.
 CHUNK = {"llvm": 1 << 19, "cuda": 1 << 21}
+_TEXELS = 1000  # of a picture that is a light, to find its mean
 
 
 def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
@@ -101,8 +104,17 @@ def _survival(job: RenderJob) -> NDArray[np.floating]:
     return np.concatenate([of_rows, lobes.brightest], dtype=np.float32)
 
 
-def _power(job):
-    from fluorspar.spectral.light import sampled_or_averaged
-    grid, lobes = job.computed_grid, job.scene.lobes
-    out = np.array([sampled_or_averaged(light.spectrum, grid)[0].mean() for light in job.scene.lights])
-    return out
+def _power(job: RenderJob) -> NDArray[np.floating]:
+    """Mean of the spectrum of each light over the bands, and over the picture of one that varies.
+
+    Returns
+    -------
+    ndarray of shape (lights,)
+    """
+    grid, lights, lobes = job.computed_grid, job.scene.lights, job.scene.lobes
+    power = np.array([means_over_bands(light.spectrum, grid).mean() for light in lights])
+    for row, (texture, first) in (lobes.light_textures if lobes is not None else {}).items():
+        texels = lobes.textures[texture].width * lobes.textures[texture].height
+        colours = lobes.light_colours[first : first + texels : 1 + texels // _TEXELS, :3]
+        power[row] *= sigmoid(colours, grid.values).mean()
+    return power

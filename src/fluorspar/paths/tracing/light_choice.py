@@ -1,132 +1,223 @@
-"""Which light next-event estimation goes to: in scenes of many, one that may well light the place."""
+"""Which light next-event estimation goes to: among many, one that probably lights the place.
+
+A grid over the scene says for each cell how probable each light is. Any probabilities give the right mean, if only the
+density of a light that a path finds by chance is that of the same cell; good ones give little noise.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
-__all__ = ["ByPlace", "Evenly", "light_choice"]
+__all__ = ["LightChoice", "light_choice"]
 
-FEW = 4
-ENTRIES = 1 << 20
-_MOST_CELLS = 16
-_PLACES = 8
-_EVEN = 0.1
-_STEPS = 1 << 23
+_FEW = 4  # lights that are chosen evenly
+_ENTRIES = 1 << 19  # of the table, a light and a cell each
+_MOST_CELLS = 16  # along an axis
+_PLACES = 8  # in a cell, one in each eighth, where all lights are asked how bright they are
+# What a light gets although it seems dark: it may be brighter in another image of the same paths (a tenth of what the
+# mean lamp sends), a cell may be lit where nobody has asked (its neighbours' share), and estimates may be wrong.
+_DARK, _NEIGHBOURS, _EVEN = 0.1, 0.3, 0.05
+_STEPS = 1 << 23  # probabilities are multiples of what two random numbers differ by, so they are exact
 
 
-class Evenly:
-    @property
-    def normals(self):
-        return 0
+class LightChoice(Protocol):
+    """How a direction to a light is drawn, and how probable a direction is that was drawn otherwise."""
+
+    def sample(self, si: Any, u: Any, rng: Any, active: Any) -> tuple[Any, Any]:
+        """Draw a direction, from the numbers `u` and, for more, `rng`; see `mitsuba.Scene.sample_emitter_direction`."""
+
+    def pdf(self, origin: Any, ds: Any, active: Any) -> Any:
+        """The density of a direction from `origin`; see `mitsuba.Scene.pdf_emitter_direction`."""
+
+
+def light_choice(scene: Any, power: NDArray[np.floating]) -> LightChoice:
+    """Choose evenly among few lights; by place among many.
+
+    Parameters
+    ----------
+    scene : mitsuba.Scene
+        Of the variant that is set, with lights of unit spectrum.
+    power : ndarray of shape (L,)
+        What the spectra of its emitters are on average.
+    """
+    return _Evenly(scene) if len(power) <= _FEW else _ByPlace(scene, power)
+
+
+class _Evenly:
+    """As Mitsuba does; see `LightChoice`."""
+
     def __init__(self, scene: Any) -> None:
         self.scene = scene
 
-    def sample(self, si: Any, u: Any, rng: Any, active: Any) -> Any:
-        return self.scene.sample_emitter_direction(si, u, False, active)
+    def sample(self, si: Any, u: Any, rng: Any, active: Any) -> tuple[Any, Any]:
+        found: tuple[Any, Any] = self.scene.sample_emitter_direction(si, u, False, active)
+        return found
 
     def pdf(self, origin: Any, ds: Any, active: Any) -> Any:
         return self.scene.pdf_emitter_direction(origin, ds, active)
 
 
-class ByPlace:
-    def __init__(self, scene: Any, power: Any) -> None:
-        self.scene = scene
+class _ByPlace:
+    """By what a light sends to a cell of a grid; see `LightChoice`."""
+
+    def __init__(self, scene: Any, power: NDArray[np.floating]) -> None:
         self.emitters = scene.emitters_dr()
-        count = len(scene.emitters())
-        pointers = np.array(dr.reinterpret_array(mi.UInt32, self.emitters))
-        place = np.zeros(pointers.max() + 1, np.uint32)
-        place[pointers] = np.arange(count)
-        self.place = mi.UInt32(place)
-        self.steps = int(np.ceil(np.log2(count)))
-        low, high = extent(scene)
-        cells = max(1, ENTRIES // count)
-        side = np.maximum(high - low, 1e-6 * (high - low).max())
-        edge = (side.prod() / cells) ** (1 / 3)
-        self.shape = np.clip(np.round(side / edge), 1, _MOST_CELLS).astype(int)
-        self.low, self.per = mi.ScalarPoint3f(*low), mi.ScalarVector3f(*(self.shape / side))
-        size = side / self.shape
-        import time
-        t = time.perf_counter()
-        table = self.table(low, size, count, power)
-        print('table', self.shape, time.perf_counter() - t)
-        self.count = dr.opaque(mi.UInt32, count)
-        self.cdf = mi.Float(table.ravel())
-        dr.eval(self.cdf, self.place)
+        pointers = dr.reinterpret_array(mi.UInt32, self.emitters).numpy()
+        number = np.zeros(pointers.max() + 1, dtype=np.uint32)
+        number[pointers] = np.arange(len(power))
+        self.number_of_pointer = mi.UInt32(number)
+        self.grid = _Grid(scene, max(_ENTRIES // len(power), 1))
+        shares = _shares(_irradiance(self.grid, self.emitters), power)
+        sums = np.round(np.cumsum(shares, axis=-1) / shares.sum(axis=-1, keepdims=True) * _STEPS) / _STEPS
+        self.sums = mi.Float(sums.ravel())
+        self.lights = dr.opaque(mi.UInt32, len(power))
+        self.most = 1 << 4 * -(-(len(power) - 1).bit_length() // 4)  # few kernels for all numbers of lights
 
-    def table(self, low, size, count, power):
-        nx, ny, nz = self.shape
-        z, y, x = np.meshgrid(np.arange(nz), np.arange(ny), np.arange(nx), indexing="ij")
-        cells = np.stack([x, y, z], -1).reshape(-1, 3)
-        n = len(cells) * count
-        i = dr.arange(mi.UInt32, n)
-        cell, light = i // count, i % count
-        corner = mi.Point3f(*(low + cells * size).astype(np.float32).T)
-        corner = dr.gather(mi.Point3f, corner, cell)
-        emitter = dr.gather(type(self.emitters), self.emitters, light)
-        rng = mi.PCG32(n)
-        total = mi.Float(0)
-        si = dr.zeros(mi.Interaction3f, n)
-        dr.make_opaque(rng, total)
-        spread = dr.opaque(mi.Float, float(0.1 * (size**2).sum() / 12))
-        for number in range(_PLACES):
-            k = dr.opaque(mi.UInt32, number)
-            u = mi.Point3f(rng.next_float32(), rng.next_float32(), rng.next_float32())
-            u = (u + mi.Point3f(k & 1, (k >> 1) & 1, k >> 2)) / 2
-            si.p = corner + u * mi.ScalarVector3f(*size)
-            ds, spec = emitter.sample_direction(si, mi.Point2f(rng.next_float32(), rng.next_float32()), True)
-            d2 = dr.square(ds.dist)
-            total += spec[0] * d2 / (d2 + spread)
-            dr.eval(total, rng)
-        w = np.array(total, dtype=np.float64).reshape(-1, count) * power
-        w[~np.isfinite(w)] = 0
-        s = w.sum(1, keepdims=True)
-        share = np.where(s > 0, w / np.maximum(s, 1e-300), 1 / count)
-        share = (1 - _EVEN) * share + _EVEN / count
-        cdf = np.cumsum(share, axis=1)
-        cdf = np.round(cdf / cdf[:, -1:] * _STEPS) / _STEPS
-        return cdf
+    def sample(self, si: Any, u: Any, rng: Any, active: Any) -> tuple[Any, Any]:
+        first, chosen = self.lights * self.grid.cell(si.p), rng.next_float32()
 
-    def row(self, p: Any) -> Any:
-        at = (p - self.low) * self.per
-        c = [mi.UInt32(dr.clip(a, 0, int(n) - 1)) for a, n in zip(at, self.shape)]
-        nx, ny, nz = map(int, self.shape)
-        return ((c[2] * ny + c[1]) * nx + c[0]) * self.count
+        def comes_before(light: Any) -> Any:
+            entry = first + dr.minimum(light, self.lights - 1)
+            return dr.gather(mi.Float, self.sums, entry, active) <= chosen
 
-    def share(self, row, k, active):
-        upper = dr.gather(mi.Float, self.cdf, row + k, active)
-        lower = dr.gather(mi.Float, self.cdf, row + k - 1, active & (k > 0))
-        return upper - lower
-
-    def sample(self, si: Any, u: Any, rng: Any, active: Any) -> Any:
-        row = self.row(si.p)
-        v = rng.next_float32()
-        k = dr.binary_search(0, 1 << self.steps, lambda j: dr.gather(mi.Float, self.cdf, row + dr.minimum(j, self.count - 1), active) <= v)
-        k = dr.minimum(k, self.count - 1)
-        share = self.share(row, k, active)
-        emitter = dr.gather(type(self.emitters), self.emitters, k, active)
+        light = dr.binary_search(0, self.most, comes_before)
+        share = self._share(first, light, active)
+        emitter = dr.gather(type(self.emitters), self.emitters, light, active)
         ds, emitted = emitter.sample_direction(si, u, active)
         ds.pdf *= share
-        return ds, emitted / share
+        return ds, emitted * dr.rcp(share)
 
     def pdf(self, origin: Any, ds: Any, active: Any) -> Any:
-        k = dr.gather(mi.UInt32, self.place, dr.reinterpret_array(mi.UInt32, ds.emitter), active)
-        return ds.emitter.pdf_direction(origin, ds, active) * self.share(self.row(origin.p), k, active)
+        pointer = dr.reinterpret_array(mi.UInt32, ds.emitter)
+        light = dr.gather(mi.UInt32, self.number_of_pointer, pointer, active)
+        share = self._share(self.lights * self.grid.cell(origin.p), light, active)
+        return share * ds.emitter.pdf_direction(origin, ds, active)
+
+    def _share(self, first: Any, light: Any, active: Any) -> Any:
+        """The probability of a light in the cell whose entries begin at `first`."""
+        with_it = dr.gather(mi.Float, self.sums, first + light, active)
+        return with_it - dr.gather(mi.Float, self.sums, first + light - 1, active & (light > 0))
 
 
-def extent(scene: Any):
-    low, high = np.array(scene.bbox().min).ravel(), np.array(scene.bbox().max).ravel()
-    return low.astype(float), high.astype(float)
+class _Grid:
+    """Cells over a scene: even among its lamps, and the wider the further away from them.
+
+    Parameters
+    ----------
+    scene : mitsuba.Scene
+    most : int
+        Cells, at the most.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Cells along x, y and z; numbers of cells count x first.
+    """
+
+    def __init__(self, scene: Any, most: int) -> None:
+        low, high = (
+            _around([scene.bbox()]) or _around([emitter.bbox() for emitter in scene.emitters()]) or _UNIT
+        )
+        lamps = _around([emitter.bbox() for emitter in scene.emitters()]) or (low, high)
+        centre = (lamps[0] + lamps[1]) / 2
+        radius = float((lamps[1] - lamps[0]).max() or (high - low).max() or 1.0) / 2
+        first, last = (_drawn_in((corner - centre) / radius, np) for corner in (low, high))
+        span = np.maximum(last - first, 1e-6)
+        shape = np.ones(3, dtype=int)
+        while (shape < _MOST_CELLS).any():
+            more = shape.copy()
+            more[np.argmax(np.where(shape < _MOST_CELLS, span / shape, 0))] += 1
+            if more.prod() > most:
+                break
+            shape = more
+        self.shape: tuple[int, int, int] = tuple(shape.tolist())
+        # Opaque: numbers written into the kernel would mean a new kernel for each scene.
+        self._centre, self._radius = mi.Point3f(*centre.tolist()), mi.Float(radius)
+        self._first, self._per_unit = mi.Point3f(*first.tolist()), mi.Vector3f(*(shape / span).tolist())
+        self._counts = mi.Vector3u(*self.shape)
+        dr.make_opaque(self._centre, self._radius, self._first, self._per_unit, self._counts)
+
+    def cell(self, p: Any) -> Any:
+        """The number of the cell that a point is in, or is next to."""
+        drawn_in = _drawn_in((p - self._centre) / self._radius, dr)
+        at = dr.maximum((drawn_in - self._first) * self._per_unit, 0)
+        x, y, z = dr.minimum(mi.Vector3u(at), self._counts - 1)
+        return (z * self._counts.y + y) * self._counts.x + x
+
+    def place(self, cell: Any, u: Any) -> Any:
+        """The point of a cell that is at `u` of its edges."""
+        x, yz = cell % self._counts.x, cell // self._counts.x
+        corner = mi.Vector3f(mi.Float(x), mi.Float(yz % self._counts.y), mi.Float(yz // self._counts.y))
+        drawn_in = self._first + (corner + u) / self._per_unit
+        size = dr.abs(drawn_in)
+        return self._centre + self._radius * dr.select(size <= 1, drawn_in, dr.sign(drawn_in) / (2 - size))
 
 
-def light_choice(scene: Any, power: Any, row_of: Any) -> Any:
-    emitters = scene.emitters()
-    import os
-    if len(emitters) <= int(os.environ.get("FEW", FEW)):
-        return Evenly(scene)
-    pointers = np.array(dr.reinterpret_array(mi.UInt32, scene.emitters_dr()))
-    return ByPlace(scene, np.asarray(power)[np.asarray(row_of)[pointers]])
+_UNIT = np.zeros(3), np.ones(3)
+
+
+def _around(boxes: list[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """The box around those of Mitsuba's boxes that are valid: lights that are everywhere have none."""
+    valid = [box for box in boxes if box.valid()]
+    if not valid:
+        return None
+    low = np.array([box.min for box in valid], dtype=np.float64).reshape(-1, 3).min(axis=0)
+    high = np.array([box.max for box in valid], dtype=np.float64).reshape(-1, 3).max(axis=0)
+    return low, high
+
+
+def _drawn_in(x: Any, of: Any) -> Any:
+    """x, drawn in to 2 - 1 / x beyond 1 and likewise below -1; `of` is numpy or Dr.Jit."""
+    size = of.abs(x)
+    where = np.where if of is np else dr.select
+    return where(size <= 1, x, of.sign(x) * (2 - 1 / of.maximum(size, 1)))
+
+
+def _irradiance(grid: _Grid, emitters: Any) -> NDArray[np.float64]:
+    """What each light of unit spectrum sends to each cell, to surfaces that face it, as if nothing were in between.
+
+    Returns
+    -------
+    ndarray of shape (nz, ny, nx, L)
+        Root mean square over some places of the cell.
+    """
+    cells, lights = int(np.prod(grid.shape)), dr.width(emitters)
+    entry = dr.arange(mi.UInt32, cells * lights)
+    cell, emitter = entry % cells, dr.gather(type(emitters), emitters, entry // cells)
+    diagonal = grid.place(cell, mi.Vector3f(1)) - grid.place(cell, mi.Vector3f(0))
+    near = 0.01 * dr.squared_norm(diagonal)  # nearer than a tenth of it is no place nearer than that
+    rng = mi.PCG32(cells * lights)
+    squares = dr.zeros(mi.Float, cells * lights)
+    point = dr.zeros(mi.Interaction3f, cells * lights)
+    dr.make_opaque(rng, squares, near)
+    for number in range(_PLACES):
+        eighth = dr.opaque(mi.UInt32, number)
+        within = mi.Vector3f(*(rng.next_float32() for _ in range(3)))
+        corner = mi.Vector3f(mi.Float(eighth & 1), mi.Float(eighth >> 1 & 1), mi.Float(eighth >> 2))
+        point.p = grid.place(cell, (corner + within) / 2)
+        ds, emitted = emitter.sample_direction(
+            point, mi.Point2f(rng.next_float32(), rng.next_float32()), True
+        )
+        distance = dr.square(ds.dist)
+        squares += dr.square(emitted[0] * distance / (distance + near))
+        dr.eval(squares, rng)
+    mean = np.sqrt(squares.numpy().astype(np.float64) / _PLACES).reshape(lights, *grid.shape[::-1])
+    return np.moveaxis(np.where(np.isfinite(mean), mean, 0.0), 0, -1)
+
+
+def _shares(irradiance: NDArray[np.float64], power: NDArray[np.floating]) -> NDArray[np.float64]:
+    """How probable each light is in each cell, but for a factor of the cell; of the shape of `irradiance`."""
+    of_unit = irradiance.mean(axis=(0, 1, 2))
+    mean = float((of_unit * power).mean()) or 1.0
+    powers = power + _DARK * mean * np.divide(1, of_unit, out=np.zeros_like(of_unit), where=of_unit > 0)
+    arrives = irradiance * powers
+    of_cell = arrives.sum(axis=-1, keepdims=True)
+    shares = np.divide(arrives, of_cell, out=np.zeros_like(arrives), where=of_cell > 0)
+    shares += _NEIGHBOURS * uniform_filter(shares, (3, 3, 3, 1))
+    return shares + _EVEN / len(power)

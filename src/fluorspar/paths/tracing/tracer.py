@@ -71,9 +71,18 @@ class Tracer:
         For each material row the throughput of a reflection, for Russian roulette.
     seed : int
         Same seed, same paths, bit for bit, whatever the number of threads.
+    power : ndarray of shape (lights,), optional
+        For each light row the mean of its spectrum, to choose among many lights; default: all alike.
     """
 
-    def __init__(self, scene: Any, settings: Settings, survival: NDArray[np.floating], seed: int, power=None) -> None:
+    def __init__(
+        self,
+        scene: Any,
+        settings: Settings,
+        survival: NDArray[np.floating],
+        seed: int,
+        power: NDArray[np.floating] | None = None,
+    ) -> None:
         self.scene: Any = scene
         self.settings = settings
         self.seed = seed
@@ -84,13 +93,20 @@ class Tracer:
         self._longest_lane = -(-settings.spp // lanes_per_pixel(settings.spp))  # in samples
         self._room = _ROOM
         self.read_scene(scene)
-        self.lights = light_choice(scene.mitsuba_scene, power, scene.light_of_emitter)
+        self.lights = light_choice(scene.mitsuba_scene, self._of_emitters(power))
 
     def read_scene(self, scene: Any) -> None:
         """Give the tables of the scene to Dr.Jit."""
         self.first_row_of_shape = mi.UInt32(scene.first_row_of_shape)
         self.rows_per_primitive = mi.UInt32(scene.rows_per_primitive)
         self.rows = mi.UInt32(scene.rows)
+
+    def _of_emitters(self, power: NDArray[np.floating] | None) -> NDArray[np.floating]:
+        """The power of each emitter of the built scene."""
+        emitters = self.scene.mitsuba_scene.emitters_dr()
+        if power is None or dr.width(emitters) == 0:
+            return np.ones(dr.width(emitters))
+        return power[self.scene.light_of_emitter[dr.reinterpret_array(mi.UInt32, emitters).numpy()]]
 
     def start(self, number: int, first_pixel: int, pixels: int) -> Started:
         """Launch the tracing of chunk `number`, `pixels` pixels from `first_pixel` on, without waiting for it."""
