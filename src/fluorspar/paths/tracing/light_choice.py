@@ -188,27 +188,22 @@ def _irradiance(grid: _Grid, emitters: Any) -> NDArray[np.float64]:
         Root mean square over some places of the cell.
     """
     cells, lights = int(np.prod(grid.shape)), dr.width(emitters)
-    entry = dr.arange(mi.UInt32, cells * lights)
-    cell, emitter = entry % cells, dr.gather(type(emitters), emitters, entry // cells)
+    number = dr.arange(mi.UInt32, _PLACES * lights * cells)
+    cell, light, eighth = number % cells, number // cells % lights, number // (cells * lights)
+    rng = mi.PCG32(dr.width(number))
+    corner = mi.Vector3f(mi.Float(eighth & 1), mi.Float(eighth >> 1 & 1), mi.Float(eighth >> 2))
+    within = mi.Vector3f(*(rng.next_float32() for _ in range(3)))
+    point = dr.zeros(mi.Interaction3f, dr.width(number))
+    point.p = grid.place(cell, (corner + within) / 2)
+    emitter = dr.gather(type(emitters), emitters, light)
+    ds, emitted = emitter.sample_direction(point, mi.Point2f(rng.next_float32(), rng.next_float32()), True)
     diagonal = grid.place(cell, mi.Vector3f(1)) - grid.place(cell, mi.Vector3f(0))
-    near = 0.01 * dr.squared_norm(diagonal)  # nearer than a tenth of it is no place nearer than that
-    rng = mi.PCG32(cells * lights)
-    squares = dr.zeros(mi.Float, cells * lights)
-    point = dr.zeros(mi.Interaction3f, cells * lights)
-    dr.make_opaque(rng, squares, near)
-    for number in range(_PLACES):
-        eighth = dr.opaque(mi.UInt32, number)
-        within = mi.Vector3f(*(rng.next_float32() for _ in range(3)))
-        corner = mi.Vector3f(mi.Float(eighth & 1), mi.Float(eighth >> 1 & 1), mi.Float(eighth >> 2))
-        point.p = grid.place(cell, (corner + within) / 2)
-        ds, emitted = emitter.sample_direction(
-            point, mi.Point2f(rng.next_float32(), rng.next_float32()), True
-        )
-        distance = dr.square(ds.dist)
-        squares += dr.square(emitted[0] * distance / (distance + near))
-        dr.eval(squares, rng)
-    mean = np.sqrt(squares.numpy().astype(np.float64) / _PLACES).reshape(lights, *grid.shape[::-1])
-    return np.moveaxis(np.where(np.isfinite(mean), mean, 0.0), 0, -1)
+    # Nearer than a tenth of the diagonal counts as that.
+    distance, near = dr.square(ds.dist), 0.01 * dr.squared_norm(diagonal)
+    found = (emitted[0] * distance / (distance + near)).numpy().astype(np.float64)
+    found[~np.isfinite(found)] = 0
+    mean = np.sqrt((found**2).reshape(_PLACES, lights, *grid.shape[::-1]).mean(axis=0))
+    return np.moveaxis(mean, 0, -1)
 
 
 def _shares(irradiance: NDArray[np.float64], power: NDArray[np.floating]) -> NDArray[np.float64]:
