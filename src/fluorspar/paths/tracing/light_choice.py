@@ -20,9 +20,9 @@ _FEW = 4  # lights that are chosen evenly
 _ENTRIES = 1 << 19  # of the table, a light and a cell each
 _MOST_CELLS = 16  # along an axis
 _PLACES = 8  # in a cell, one in each eighth, where all lights are asked how bright they are
-# What a light gets although it seems dark: it may be brighter in another image of the same paths (a tenth of what the
+# What a light gets although it seems dark: it may be brighter in another image of the same paths (0.3 of what the
 # mean lamp sends), a cell may be lit where nobody has asked (its neighbours' share), and estimates may be wrong.
-_DARK, _NEIGHBOURS, _EVEN = 0.1, 0.3, 0.05
+_DARK, _NEIGHBOURS, _EVEN = 0.3, 0.3, 0.05
 _STEPS = 1 << 23  # probabilities are multiples of what two random numbers differ by, so they are exact
 
 
@@ -67,6 +67,7 @@ class _ByPlace:
     """By what a light sends to a cell of a grid; see `LightChoice`."""
 
     def __init__(self, scene: Any, power: NDArray[np.floating]) -> None:
+        self.scene = scene  # pointers to its emitters do not keep it
         self.emitters = scene.emitters_dr()
         pointers = dr.reinterpret_array(mi.UInt32, self.emitters).numpy()
         number = np.zeros(pointers.max() + 1, dtype=np.uint32)
