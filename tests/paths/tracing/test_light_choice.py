@@ -53,7 +53,9 @@ def test_lights_are_drawn_as_often_as_their_densities_say() -> None:
 
     scene, si, rng = panels(9), points(9.0, 1.0, 0.0), mi.PCG32(COUNT)
     choice = light_choice(scene, np.array([1.0, 1, 1, 1, 0, 5, 1, 1, 1]))
-    ds, _ = choice.sample(si, mi.Point2f(rng.next_float32(), rng.next_float32()), rng, mi.Bool(True))
+    ds, _ = choice.sample(
+        si, mi.Point2f(rng.next_float32(), rng.next_float32()), rng.next_float32, mi.Bool(True)
+    )
     alone = ds.emitter.pdf_direction(si, ds)
     drawn = np.array(dr.reinterpret_array(mi.UInt32, ds.emitter))
     probable = np.array(ds.pdf / alone)
@@ -76,7 +78,9 @@ def test_near_and_bright_lights_are_more_probable() -> None:
         rng, si = mi.PCG32(COUNT), points(4.0 * place, 0.0, -1.0)
         numbers = [int(emitter.get_shape().id()[-1]) for emitter in scene.emitters()]
         choice = light_choice(scene, np.array([power.get(number, 1.0) for number in numbers]))
-        ds, _ = choice.sample(si, mi.Point2f(rng.next_float32(), rng.next_float32()), rng, mi.Bool(True))
+        ds, _ = choice.sample(
+            si, mi.Point2f(rng.next_float32(), rng.next_float32()), rng.next_float32, mi.Bool(True)
+        )
         return float(np.mean(np.array(dr.abs(ds.p.x - 4 * place) <= 1.01)))
 
     scene = panels(9)
@@ -93,7 +97,7 @@ def test_few_lights_are_drawn_as_mitsuba_does() -> None:
     scene, si, rng = panels(4), points(5.0, 1.0, 0.0), mi.PCG32(COUNT)
     u = mi.Point2f(rng.next_float32(), rng.next_float32())
     before = np.array(rng.state)
-    ds, _ = light_choice(scene, np.arange(4.0)).sample(si, u, rng, mi.Bool(True))
+    ds, _ = light_choice(scene, np.arange(4.0)).sample(si, u, rng.next_float32, mi.Bool(True))
     stock, _ = scene.sample_emitter_direction(si, u, False, True)
     assert (np.array(ds.d) == np.array(stock.d)).all()
     assert (np.array(rng.state) == before).all()
@@ -118,6 +122,6 @@ def test_probabilities_are_finite_wherever_lights_are(lights: dict[str, Any], fl
     choice = light_choice(mi.load_dict({"type": "scene", **lights, **floor}), np.zeros(6))
     for place in ((0.0, 0.0, 0.0), (1e9, -1e9, 3.0)):
         u = mi.Point2f(rng.next_float32(), rng.next_float32())
-        pdf = np.array(choice.sample(points(*place), u, rng, mi.Bool(True))[0].pdf)
+        pdf = np.array(choice.sample(points(*place), u, rng.next_float32, mi.Bool(True))[0].pdf)
         assert np.isfinite(pdf).all()
         assert (pdf > 0).all()

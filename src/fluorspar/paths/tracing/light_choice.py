@@ -6,6 +6,7 @@ density of a light that a path finds by chance is that of the same cell; good on
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import drjit as dr
@@ -29,8 +30,11 @@ _STEPS = 1 << 23  # probabilities are multiples of what two random numbers diffe
 class LightChoice(Protocol):
     """How a direction to a light is drawn, and how probable a direction is that was drawn otherwise."""
 
-    def sample(self, si: Any, u: Any, rng: Any, active: Any) -> tuple[Any, Any]:
-        """Draw a direction, from the numbers `u` and, for more, `rng`; see `mitsuba.Scene.sample_emitter_direction`."""
+    def sample(self, si: Any, u: Any, more: Callable[[], Any], active: Any) -> tuple[Any, Any]:
+        """Draw a direction, from two random numbers and, if need be, one more that is asked for.
+
+        Returns what `mitsuba.Scene.sample_emitter_direction` does.
+        """
 
     def pdf(self, origin: Any, ds: Any, active: Any) -> Any:
         """The density of a direction from `origin`; see `mitsuba.Scene.pdf_emitter_direction`."""
@@ -55,7 +59,7 @@ class _Evenly:
     def __init__(self, scene: Any) -> None:
         self.scene = scene
 
-    def sample(self, si: Any, u: Any, rng: Any, active: Any) -> tuple[Any, Any]:
+    def sample(self, si: Any, u: Any, more: Callable[[], Any], active: Any) -> tuple[Any, Any]:
         found: tuple[Any, Any] = self.scene.sample_emitter_direction(si, u, False, active)
         return found
 
@@ -80,8 +84,8 @@ class _ByPlace:
         self.lights = dr.opaque(mi.UInt32, len(power))
         self.most = 1 << 4 * -(-(len(power) - 1).bit_length() // 4)  # few kernels for all numbers of lights
 
-    def sample(self, si: Any, u: Any, rng: Any, active: Any) -> tuple[Any, Any]:
-        first, chosen = self.lights * self.grid.cell(si.p), rng.next_float32()
+    def sample(self, si: Any, u: Any, more: Callable[[], Any], active: Any) -> tuple[Any, Any]:
+        first, chosen = self.lights * self.grid.cell(si.p), more()
 
         def comes_before(light: Any) -> Any:
             entry = first + dr.minimum(light, self.lights - 1)

@@ -208,7 +208,7 @@ def _trace(
             active &= depth + 1 < max_depth
         bsdf = si.bsdf(ray)
         smooth = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-        ds, emitted = tracer.lights.sample(si, two(rng), rng, smooth)
+        ds, emitted = tracer.lights.sample(si, two(rng), rng.next_float32, smooth)
         smooth &= ds.pdf > 0
         wo = si.to_local(ds.d)
         u = two(rng)

@@ -295,7 +295,7 @@ def _trace(
         active &= row != END
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth
-        ds, emitted = tracer.lights.sample(si, two(rng), rng, active)
+        ds, emitted = tracer.lights.sample(si, two(rng), rng.next_float32, active)
         cosine = dr.maximum(dr.dot(si.sh_frame.n, ds.d) * dr.sign(si.wi.z), 0.0)
         pdf_sampled = cosine * dr.inv_pi
         weight = dr.select(ds.delta, 1.0, mis(ds.pdf, pdf_sampled))
