@@ -113,7 +113,9 @@ def _power(job: RenderJob) -> NDArray[np.floating]:
     """
     grid, lights, lobes = job.computed_grid, job.scene.lights, job.scene.lobes
     power = np.array([means_over_bands(light.spectrum, grid).mean() for light in lights])
-    for row, (texture, first) in (lobes.light_textures if lobes is not None else {}).items():
+    if lobes is None:
+        return power
+    for row, (texture, first) in lobes.light_textures.items():
         texels = lobes.textures[texture].width * lobes.textures[texture].height
         colours = lobes.light_colours[first : first + texels : 1 + texels // _TEXELS, :3]
         power[row] *= sigmoid(colours, grid.values).mean()

@@ -220,4 +220,4 @@ def _shares(irradiance: NDArray[np.float64], power: NDArray[np.floating]) -> NDA
     of_cell = arrives.sum(axis=-1, keepdims=True)
     shares = np.divide(arrives, of_cell, out=np.zeros_like(arrives), where=of_cell > 0)
     shares += _NEIGHBOURS * uniform_filter(shares, (3, 3, 3, 1))
-    return shares + _EVEN / len(power)
+    return np.asarray(shares + _EVEN / len(power))

@@ -106,7 +106,8 @@ class Tracer:
         emitters = self.scene.mitsuba_scene.emitters_dr()
         if power is None or dr.width(emitters) == 0:
             return np.ones(dr.width(emitters))
-        return power[self.scene.light_of_emitter[dr.reinterpret_array(mi.UInt32, emitters).numpy()]]
+        pointers = dr.reinterpret_array(mi.UInt32, emitters).numpy()
+        return np.asarray(power[self.scene.light_of_emitter[pointers]])
 
     def start(self, number: int, first_pixel: int, pixels: int) -> Started:
         """Launch the tracing of chunk `number`, `pixels` pixels from `first_pixel` on, without waiting for it."""
