@@ -52,7 +52,7 @@ def lamps(count: int, size: int, spp: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for general in (False, True):
             for number, even in ((1, False), (count, False), (count, True)):
-                light_choice._FEW = number if even else few
+                light_choice._FEW = 10 * number if even else few
                 file = write_hall(Path(folder, f"{general}-{number}.xml"), number, general=general)
                 scene = load_scene(file).with_settings(width=size, height=size, spp=spp)
                 variance, seconds = noise(scene)
