@@ -13,13 +13,16 @@ from numpy.typing import NDArray
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
 from fluorspar.paths.numbering import numbered, rows_shown
+from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
+from fluorspar.spectral.light import means_over_bands
 
 __all__ = ["CHUNK", "trace_chunks", "variant_of"]
 
 # Paths traced at a time; constants, because the random numbers of a pixel depend on them. A small chunk stays in a
 # processor's caches, a large one keeps a GPU busy: 2^21 instead of 2^19 halves the time of tracing on an H200.
 CHUNK = {"llvm": 1 << 19, "cuda": 1 << 21}
+_TEXELS = 1000  # of a picture that is a light, to find its mean
 
 
 def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
@@ -84,11 +87,11 @@ def _tracer(job: RenderJob, kept: bool) -> Any:
         from fluorspar.paths.tracing.trace_scene import build_trace_scene
         from fluorspar.paths.tracing.tracer import Tracer
 
-        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed_of_stream)
+        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed_of_stream, _power(job))
     from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
     from fluorspar.paths.tracing.lobe_tracer import LobeTracer
 
-    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed_of_stream)
+    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed_of_stream, _power(job))
 
 
 def _survival(job: RenderJob) -> NDArray[np.floating]:
@@ -106,3 +109,21 @@ def _survival(job: RenderJob) -> NDArray[np.floating]:
     if lobes is None or not len(lobes.colours):
         return of_rows
     return np.concatenate([of_rows, lobes.brightest], dtype=np.float32)
+
+
+def _power(job: RenderJob) -> NDArray[np.floating]:
+    """Mean of the spectrum of each light over the bands, and over the picture of one that varies.
+
+    Returns
+    -------
+    ndarray of shape (lights,)
+    """
+    grid, lights, lobes = job.computed_grid, job.scene.lights, job.scene.lobes
+    power = np.array([means_over_bands(light.spectrum, grid).mean() for light in lights])
+    if lobes is None:
+        return power
+    for row, (texture, first) in lobes.light_textures.items():
+        texels = lobes.textures[texture].width * lobes.textures[texture].height
+        colours = lobes.light_colours[first : first + texels : 1 + texels // _TEXELS, :3]
+        power[row] *= sigmoid(colours, grid.values).mean()
+    return power

@@ -148,8 +148,8 @@ class LightPaths:
         -------
         SpectralImage
             Without arguments the image of `fluorspar.render`, bit for bit. With other lights and materials unbiased:
-            roulette has followed the old ones, and its chances are part of the paths. Attribute `relit` says what was
-            changed.
+            roulette has followed the old ones, as have shadow rays among more than four lights, and their chances are
+            part of the paths. Attribute `relit` says what was changed.
 
         Raises
         ------

@@ -15,7 +15,7 @@ import numpy as np
 from fluorspar.paths.log import BLOCK, END, SURVIVAL
 from fluorspar.paths.tracing.lobe_scene import LobeScene
 from fluorspar.paths.tracing.mesh_colours import MeshColours
-from fluorspar.paths.tracing.numbers import Numbers
+from fluorspar.paths.tracing.numbers import LIGHT, LOBE, Numbers
 from fluorspar.paths.tracing.tracer import Tracer, camera_ray, mis
 from fluorspar.scene.lobes.lobe import ANGLES, CHANNELS, STRAIGHT
 from fluorspar.scene.settings import UNLIMITED
@@ -24,9 +24,8 @@ __all__ = ["LobeTracer"]
 
 _CERTAIN = 1e15  # density of a direction that next-event estimation cannot find
 # Uses of independent numbers at a vertex: roulette; the texels of a light that was hit or found, of a texture, and the
-# angle of a metal. And of a pair that is none of those of the path.
+# angle of a metal.
 _SURVIVES, _HIT, _FOUND, _PICK = 0, 1, 3, 5
-_LOBE = 1 << 16
 _WRAPS = ("repeat", "mirror", "clamp")
 
 
@@ -193,7 +192,7 @@ def _trace(
         origin = dr.zeros(mi.Interaction3f)
         origin.p = previous
         ds = mi.DirectionSample3f(scene, si, origin)
-        pdf_direct = scene.pdf_emitter_direction(origin, ds, seen & (pdf < _CERTAIN))
+        pdf_direct = tracer.lights.pdf(origin, ds, seen & (pdf < _CERTAIN))
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * mis(pdf, pdf_direct), 0.0)
         dr.scatter(log["sampled"], sampled, slot)
         if dr.hint(not tracer.one_light, mode="scalar"):
@@ -206,10 +205,10 @@ def _trace(
             active &= depth + 1 < max_depth
         bsdf = si.bsdf(ray)
         smooth = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-        ds, emitted = scene.sample_emitter_direction(si, numbers.two(0), False, smooth)
+        ds, emitted = tracer.lights.sample(si, numbers.two(0), lambda: numbers.two(LIGHT).x, smooth)
         smooth &= ds.pdf > 0
         wo = si.to_local(ds.d)
-        lobe, direction = numbers.two(_LOBE).x, numbers.two(1)
+        lobe, direction = numbers.two(LOBE).x, numbers.two(1)
         value, pdf_sampled, bs, weight = bsdf.eval_pdf_sample(context, si, wo, lobe, direction, active)
         mixed = emitted[0] * dr.select(ds.delta, 1.0, mis(ds.pdf, pdf_sampled))
         lit = smooth & (mixed * dr.max(value) > 0)

@@ -27,7 +27,10 @@ from scipy.stats import qmc
 from fluorspar.scene.sample_sets import sample_sets
 from fluorspar.scene.settings import Settings
 
-__all__ = ["Numbers", "PathNumbers"]
+__all__ = ["LIGHT", "LOBE", "Numbers", "PathNumbers"]
+
+LIGHT, LOBE = 1 << 16, 1 << 17
+"""Uses of pairs that choose one of many lights, or a lobe of a surface: beyond those of the longest path."""
 
 _GOLDEN, _OTHER = 0x9E3779B9, 0x27D4EB2F
 _PAIRS_BITS = 3

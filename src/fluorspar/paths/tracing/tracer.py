@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, SURVIVAL, Chunk, Log, lanes_per_pixel
-from fluorspar.paths.tracing.numbers import PathNumbers
+from fluorspar.paths.tracing.light_choice import light_choice
+from fluorspar.paths.tracing.numbers import LIGHT, PathNumbers
 from fluorspar.scene.settings import UNLIMITED, Settings
 
 __all__ = ["Tracer", "camera_ray", "mis"]
@@ -61,9 +62,18 @@ class Tracer:
         For each material row the throughput of a reflection, for Russian roulette.
     seed : int
         Same seed, same paths, bit for bit, whatever the number of threads.
+    power : ndarray of shape (lights,), optional
+        For each light row the mean of its spectrum, to choose among many lights; default: all alike.
     """
 
-    def __init__(self, scene: Any, settings: Settings, survival: NDArray[np.floating], seed: int) -> None:
+    def __init__(
+        self,
+        scene: Any,
+        settings: Settings,
+        survival: NDArray[np.floating],
+        seed: int,
+        power: NDArray[np.floating] | None = None,
+    ) -> None:
         self.scene: Any = scene
         self.settings = settings
         self.seed = seed
@@ -75,12 +85,21 @@ class Tracer:
         self._room = _ROOM
         self.numbers = PathNumbers(settings, seed)
         self.read_scene(scene)
+        self.lights = light_choice(scene.mitsuba_scene, self._of_emitters(power))
 
     def read_scene(self, scene: Any) -> None:
         """Give the tables of the scene to Dr.Jit."""
         self.first_row_of_shape = mi.UInt32(scene.first_row_of_shape)
         self.rows_per_primitive = mi.UInt32(scene.rows_per_primitive)
         self.rows = mi.UInt32(scene.rows)
+
+    def _of_emitters(self, power: NDArray[np.floating] | None) -> NDArray[np.floating]:
+        """The power of each emitter of the built scene."""
+        emitters = self.scene.mitsuba_scene.emitters_dr()
+        if power is None or dr.width(emitters) == 0:
+            return np.ones(dr.width(emitters))
+        pointers = dr.reinterpret_array(mi.UInt32, emitters).numpy()
+        return np.asarray(power[self.scene.light_of_emitter[pointers]])
 
     def start(self, number: int, first_pixel: int, pixels: int) -> Started:
         """Launch the tracing of chunk `number`, `pixels` pixels from `first_pixel` on, without waiting for it."""
@@ -207,7 +226,7 @@ def _trace(
         origin = dr.zeros(mi.Interaction3f)
         origin.p = previous
         ds = mi.DirectionSample3f(scene, si, origin)
-        pdf_direct = scene.pdf_emitter_direction(origin, ds, seen & (depth > 0))
+        pdf_direct = tracer.lights.pdf(origin, ds, seen & (depth > 0))
         weight = dr.select(depth == 0, 1.0, mis(pdf, pdf_direct))
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * weight, 0.0)
         dr.scatter(log["sampled"], sampled, slot)
@@ -227,7 +246,7 @@ def _trace(
         active &= row != END
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth
-        ds, emitted = scene.sample_emitter_direction(si, numbers.two(0), False, active)
+        ds, emitted = tracer.lights.sample(si, numbers.two(0), lambda: numbers.two(LIGHT).x, active)
         cosine = dr.maximum(dr.dot(si.sh_frame.n, ds.d) * dr.sign(si.wi.z), 0.0)
         pdf_sampled = cosine * dr.inv_pi
         weight = dr.select(ds.delta, 1.0, mis(ds.pdf, pdf_sampled))
