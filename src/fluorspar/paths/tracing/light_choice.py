@@ -6,7 +6,6 @@ density of a light that a path finds by chance is that of the same cell; good on
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Protocol
 
 import drjit as dr
@@ -14,6 +13,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
+
+from fluorspar.paths.tracing.numbers import LIGHT, Numbers
 
 __all__ = ["LightChoice", "light_choice"]
 
@@ -30,8 +31,8 @@ _STEPS = 1 << 23  # probabilities are multiples of what two random numbers diffe
 class LightChoice(Protocol):
     """How a direction to a light is drawn, and how probable a direction is that was drawn otherwise."""
 
-    def sample(self, si: Any, u: Any, more: Callable[[], Any], active: Any) -> tuple[Any, Any]:
-        """Draw a direction, from two random numbers and, if need be, one more that is asked for.
+    def sample(self, si: Any, numbers: Numbers, active: Any) -> tuple[Any, Any]:
+        """Draw a direction with the random numbers of a vertex.
 
         Returns what `mitsuba.Scene.sample_emitter_direction` does.
         """
@@ -59,8 +60,8 @@ class _Evenly:
     def __init__(self, scene: Any) -> None:
         self.scene = scene
 
-    def sample(self, si: Any, u: Any, more: Callable[[], Any], active: Any) -> tuple[Any, Any]:
-        found: tuple[Any, Any] = self.scene.sample_emitter_direction(si, u, False, active)
+    def sample(self, si: Any, numbers: Numbers, active: Any) -> tuple[Any, Any]:
+        found: tuple[Any, Any] = self.scene.sample_emitter_direction(si, numbers.two(0), False, active)
         return found
 
     def pdf(self, origin: Any, ds: Any, active: Any) -> Any:
@@ -84,8 +85,8 @@ class _ByPlace:
         self.lights = dr.opaque(mi.UInt32, len(power))
         self.most = 1 << 4 * -(-(len(power) - 1).bit_length() // 4)  # few kernels for all numbers of lights
 
-    def sample(self, si: Any, u: Any, more: Callable[[], Any], active: Any) -> tuple[Any, Any]:
-        first, chosen = self.lights * self.grid.cell(si.p), more()
+    def sample(self, si: Any, numbers: Numbers, active: Any) -> tuple[Any, Any]:
+        first, chosen = self.lights * self.grid.cell(si.p), numbers.two(LIGHT).x
 
         def comes_before(light: Any) -> Any:
             entry = first + dr.minimum(light, self.lights - 1)
@@ -94,7 +95,7 @@ class _ByPlace:
         light = dr.binary_search(0, self.most, comes_before)
         share = self._share(first, light, active)
         emitter = dr.gather(type(self.emitters), self.emitters, light, active)
-        ds, emitted = emitter.sample_direction(si, u, active)
+        ds, emitted = emitter.sample_direction(si, numbers.two(0), active)
         ds.pdf *= share
         return ds, emitted * dr.rcp(share)
 

@@ -15,7 +15,7 @@ import numpy as np
 from fluorspar.paths.log import BLOCK, END, SURVIVAL
 from fluorspar.paths.tracing.lobe_scene import LobeScene
 from fluorspar.paths.tracing.mesh_colours import MeshColours
-from fluorspar.paths.tracing.numbers import LIGHT, LOBE, Numbers
+from fluorspar.paths.tracing.numbers import LOBE, Numbers
 from fluorspar.paths.tracing.tracer import Tracer, camera_ray, mis
 from fluorspar.scene.lobes.lobe import ANGLES, CHANNELS, STRAIGHT
 from fluorspar.scene.settings import UNLIMITED
@@ -205,7 +205,7 @@ def _trace(
             active &= depth + 1 < max_depth
         bsdf = si.bsdf(ray)
         smooth = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-        ds, emitted = tracer.lights.sample(si, numbers.two(0), lambda: numbers.two(LIGHT).x, smooth)
+        ds, emitted = tracer.lights.sample(si, numbers, smooth)
         smooth &= ds.pdf > 0
         wo = si.to_local(ds.d)
         lobe, direction = numbers.two(LOBE).x, numbers.two(1)

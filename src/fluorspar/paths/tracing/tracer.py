@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, SURVIVAL, Chunk, Log, lanes_per_pixel
 from fluorspar.paths.tracing.light_choice import light_choice
-from fluorspar.paths.tracing.numbers import LIGHT, PathNumbers
+from fluorspar.paths.tracing.numbers import PathNumbers
 from fluorspar.scene.settings import UNLIMITED, Settings
 
 __all__ = ["Tracer", "camera_ray", "mis"]
@@ -246,7 +246,7 @@ def _trace(
         active &= row != END
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth
-        ds, emitted = tracer.lights.sample(si, numbers.two(0), lambda: numbers.two(LIGHT).x, active)
+        ds, emitted = tracer.lights.sample(si, numbers, active)
         cosine = dr.maximum(dr.dot(si.sh_frame.n, ds.d) * dr.sign(si.wi.z), 0.0)
         pdf_sampled = cosine * dr.inv_pi
         weight = dr.select(ds.delta, 1.0, mis(ds.pdf, pdf_sampled))
