@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fluorspar.scene.settings import Settings
 from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
 COUNT = 1 << 14
@@ -45,17 +46,26 @@ def points(*place: float) -> Any:
     return si
 
 
+def numbers() -> Any:
+    """Random numbers of as many pixels."""
+    import drjit as dr
+    import mitsuba as mi
+
+    from fluorspar.paths.tracing.numbers import PathNumbers
+
+    of_paths = PathNumbers(Settings(COUNT, 1, 1), 0)
+    return of_paths.at(dr.arange(mi.UInt32, COUNT), mi.UInt32(0), mi.UInt32(1))
+
+
 def test_lights_are_drawn_as_often_as_their_densities_say() -> None:
     import drjit as dr
     import mitsuba as mi
 
     from fluorspar.paths.tracing.light_choice import light_choice
 
-    scene, si, rng = panels(9), points(9.0, 1.0, 0.0), mi.PCG32(COUNT)
+    scene, si = panels(9), points(9.0, 1.0, 0.0)
     choice = light_choice(scene, np.array([1.0, 1, 1, 1, 0, 5, 1, 1, 1]))
-    ds, _ = choice.sample(
-        si, mi.Point2f(rng.next_float32(), rng.next_float32()), rng.next_float32, mi.Bool(True)
-    )
+    ds, _ = choice.sample(si, numbers(), mi.Bool(True))
     alone = ds.emitter.pdf_direction(si, ds)
     drawn = np.array(dr.reinterpret_array(mi.UInt32, ds.emitter))
     probable = np.array(ds.pdf / alone)
@@ -75,12 +85,10 @@ def test_near_and_bright_lights_are_more_probable() -> None:
 
     def share(place: int, power: dict[int, float]) -> float:
         """How often the panel above a place of the floor is drawn there."""
-        rng, si = mi.PCG32(COUNT), points(4.0 * place, 0.0, -1.0)
-        numbers = [int(emitter.get_shape().id()[-1]) for emitter in scene.emitters()]
-        choice = light_choice(scene, np.array([power.get(number, 1.0) for number in numbers]))
-        ds, _ = choice.sample(
-            si, mi.Point2f(rng.next_float32(), rng.next_float32()), rng.next_float32, mi.Bool(True)
-        )
+        si = points(4.0 * place, 0.0, -1.0)
+        panel = [int(emitter.get_shape().id()[-1]) for emitter in scene.emitters()]
+        choice = light_choice(scene, np.array([power.get(number, 1.0) for number in panel]))
+        ds, _ = choice.sample(si, numbers(), mi.Bool(True))
         return float(np.mean(np.array(dr.abs(ds.p.x - 4 * place) <= 1.01)))
 
     scene = panels(9)
@@ -94,13 +102,10 @@ def test_few_lights_are_drawn_as_mitsuba_does() -> None:
 
     from fluorspar.paths.tracing.light_choice import light_choice
 
-    scene, si, rng = panels(4), points(5.0, 1.0, 0.0), mi.PCG32(COUNT)
-    u = mi.Point2f(rng.next_float32(), rng.next_float32())
-    before = np.array(rng.state)
-    ds, _ = light_choice(scene, np.arange(4.0)).sample(si, u, rng.next_float32, mi.Bool(True))
-    stock, _ = scene.sample_emitter_direction(si, u, False, True)
+    scene, si = panels(4), points(5.0, 1.0, 0.0)
+    ds, _ = light_choice(scene, np.arange(4.0)).sample(si, numbers(), mi.Bool(True))
+    stock, _ = scene.sample_emitter_direction(si, numbers().two(0), False, True)
     assert (np.array(ds.d) == np.array(stock.d)).all()
-    assert (np.array(rng.state) == before).all()
 
 
 @pytest.mark.parametrize(
@@ -118,10 +123,8 @@ def test_probabilities_are_finite_wherever_lights_are(lights: dict[str, Any], fl
 
     from fluorspar.paths.tracing.light_choice import light_choice
 
-    rng = mi.PCG32(COUNT)
     choice = light_choice(mi.load_dict({"type": "scene", **lights, **floor}), np.zeros(6))
     for place in ((0.0, 0.0, 0.0), (1e9, -1e9, 3.0)):
-        u = mi.Point2f(rng.next_float32(), rng.next_float32())
-        pdf = np.array(choice.sample(points(*place), u, rng.next_float32, mi.Bool(True))[0].pdf)
+        pdf = np.array(choice.sample(points(*place), numbers(), mi.Bool(True))[0].pdf)
         assert np.isfinite(pdf).all()
         assert (pdf > 0).all()
