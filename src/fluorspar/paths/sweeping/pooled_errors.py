@@ -9,8 +9,8 @@ is
 
 with means over a window of 49 pixels around it: the neighbours tell how large the noise is, and s how it differs from
 pixel to pixel. Pixels that show a lamp are left out, and their error is that of batches. Against converged images the
-deviations in these standard errors have a standard deviation of 0.98 to 1.03 (Cornell box, an open scene, a furnace;
-16 and 64 samples); 1.08 to 1.18 with the errors of independent samples, of which the smallest are too small.
+deviations in these standard errors have a standard deviation of 0.96 to 1.03 (Cornell box, an open scene; 16 and 64
+samples).
 """
 
 from __future__ import annotations
