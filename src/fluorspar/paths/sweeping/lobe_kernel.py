@@ -378,7 +378,7 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
     )
 
     @numba.njit(nogil=True, fastmath=FAST, _nrt=False)
-    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
+    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, halves, at, scratch):  # type: ignore[no-untyped-def]
         _ = version
         path, tally, y, sums, total = scratch
         terms = len(log.row) // len(log.sampled)
@@ -420,10 +420,10 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
                         total[j] += y[c, j]
                     for j in range(width):
                         sums[c, j] += y[c, j]
-                count(tally, TOTAL, total, end - begin, b, width)
+                count(tally, TOTAL, total, end - begin, b, batches, width)
                 if component_errors:
                     for c in tables.components:
-                        count(tally, c, y[c], end - begin, b, width)
+                        count(tally, c, y[c], end - begin, b, batches, width)
             store(
                 at + p,
                 sums,
@@ -435,6 +435,8 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
                 radiance,
                 error,
                 errors,
+                halves,
+                p,
             )
         return stop
 

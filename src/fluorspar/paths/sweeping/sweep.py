@@ -17,7 +17,7 @@ The recursion is in `propagate.py`, the components in `camera_vertex.py`, Phi in
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, wait
 from functools import partial
 from itertools import pairwise
@@ -27,10 +27,11 @@ import numpy as np
 
 from fluorspar.image.pixels import Pixels
 from fluorspar.paths.log import ENTRIES, Chunk, lanes_per_pixel
-from fluorspar.paths.sweeping.batches import batch_count
 from fluorspar.paths.sweeping.kernel import compiled, new_scratch
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables, compiled_for_lobes, new_lobe_scratch
+from fluorspar.paths.sweeping.pooled_errors import pool_errors
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables
+from fluorspar.scene.sample_sets import batch_count
 
 __all__ = ["sweep"]
 
@@ -45,6 +46,8 @@ def sweep(
     out: Pixels,
     at: int = 0,
     samples: int | None = None,
+    *,
+    row_length: int | None = None,
 ) -> None:
     """Compute the spectra of all components of the pixels of a chunk.
 
@@ -63,6 +66,9 @@ def sweep(
         Pixel of `out` that the first one of the chunk becomes.
     samples : int, optional
         Only so many of the samples of each pixel are swept, the first ones of each lane, at least one a lane.
+    row_length : int, optional
+        Pixels of a row of the image; the samples of a pixel are then two sets, and standard errors are pooled over
+        neighbours, see `pooled_errors.py`.
     """
     log, component_errors = chunk.log, out.component_standard_error is not None
     one_light = len(log.direct_light) == 0
@@ -78,6 +84,9 @@ def sweep(
         scratch_for = partial(new_scratch, rows, width)
     flat = log._replace(**{name: getattr(log, name).reshape(-1) for name in ENTRIES})
     errors = out.component_standard_error if component_errors else out.radiance[:, :0]
+    halves = np.empty(
+        (len(errors) + 1 if component_errors else 1, chunk.pixels, out.radiance.shape[2]), np.float32
+    )
 
     def run(first: int, stop: int) -> None:
         swept = min(samples or chunk.spp, chunk.spp)
@@ -86,12 +95,33 @@ def sweep(
         while first < stop:
             scratch: Any = scratch_for(room)
             first = kernel(
-                first, stop, *counts, flat, tables, out.radiance, out.standard_error, errors, at, scratch
+                first,
+                stop,
+                *counts,
+                flat,
+                tables,
+                out.radiance,
+                out.standard_error,
+                errors,
+                halves,
+                at,
+                scratch,
             )
             room *= 2  # for a pixel that sees more rows, or a path that is longer
 
     edges = np.linspace(0, chunk.pixels, _TASKS + 1).astype(int).tolist()
-    tasks = [pool.submit(run, first, stop) for first, stop in pairwise(edges)]
+    _do(pool, [partial(run, *edge) for edge in pairwise(edges)])
+    if row_length is not None:
+        run_of = slice(at, at + chunk.pixels)
+        lamps = out.radiance[0, run_of].any(axis=1)
+        estimated = [*(errors[:, run_of] if component_errors else ()), out.standard_error[run_of]]
+        for by_batches, by_halves in zip(estimated, halves, strict=True):
+            _do(pool, pool_errors(by_batches, by_halves, lamps, chunk.first_pixel, row_length))
+
+
+def _do(pool: Executor, work: Iterable[Callable[[], None]]) -> None:
+    """Do everything; after an exception nobody is at work any more."""
+    tasks = [pool.submit(each) for each in work]
     try:
         for task in tasks:
             task.result()

@@ -16,7 +16,7 @@ from fluorspar.paths.log import END
 from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
 from fluorspar.paths.tracing.lobe_tracer import LobeTracer
 from fluorspar.paths.tracing.trace_scene import build_trace_scene
-from fluorspar.paths.tracing.tracer import Tracer, two
+from fluorspar.paths.tracing.tracer import Tracer, camera_ray
 from fluorspar.scene.lobes.lobe import ANGLES
 from fluorspar.scene.scene import Scene
 
@@ -24,8 +24,7 @@ __all__ = ["first_hits"]
 
 Array = NDArray[np.float32]
 
-_ACROSS = 4  # samples along each side of a pixel
-_SAMPLES = _ACROSS * _ACROSS
+_SAMPLES = 16  # of a pixel
 _RAYS = 1 << 21  # at a time
 _MIRRORS = 6  # smooth surfaces that are looked through
 
@@ -46,6 +45,7 @@ def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
         Means over the pixel, 0 where nothing is seen: colours, each times how much is reflected, behind mirrors and
         glass those of what is seen there; and normals in the frame of the scene, towards the camera.
     """
+    scene = scene.with_settings(spp=_SAMPLES)
     settings = scene.settings
     survival = np.ones(len(colours), np.float32)
     tracer: Tracer
@@ -70,17 +70,11 @@ def _look(tracer: Tracer, table: Any, first: int, pixels: int) -> tuple[Any, Any
     """Mean colour and normal of some pixels; the samples of one are behind one another."""
     lane = dr.arange(mi.UInt32, pixels * _SAMPLES)
     pixel = lane // _SAMPLES + dr.opaque(mi.UInt32, first)
-    stratum = lane % _SAMPLES
-    rng = mi.PCG32(len(lane), *map(mi.UInt64, mi.sample_tea_32(lane, dr.opaque(mi.UInt32, first))))
-    sensor, settings = tracer.scene.sensor, tracer.settings
-    place = (mi.Point2f(stratum % _ACROSS, stratum // _ACROSS) + two(rng)) / _ACROSS
-    film = (mi.Point2f(pixel % settings.width, pixel // settings.width) + place) * mi.ScalarVector2f(
-        1 / settings.width, 1 / settings.height
-    )
-    ray = sensor.sample_ray(rng.next_float32(), mi.Float(0), film, two(rng))[0]
+    sample = lane % _SAMPLES
+    ray = camera_ray(tracer, pixel, sample)
     if isinstance(tracer, LobeTracer):
         o, d = mi.Point3f(ray.o), mi.Vector3f(ray.d)
-        colour, normal, counts = _through_mirrors(tracer, table, o, d, rng.state, rng.inc)
+        colour, normal, counts = _through_mirrors(tracer, table, o, d, pixel, sample)
         return _mean(colour, normal, dr.select(counts, mi.Float(1), 0.0))
     hit = tracer.scene.mitsuba_scene.ray_intersect_preliminary(ray, coherent=True)
     si = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal | mi.RayFlags.ShadingFrame)
@@ -108,14 +102,12 @@ def _normal(si: Any) -> Any:
 
 @dr.syntax
 def _through_mirrors(
-    tracer: LobeTracer, table: Any, o: Any, d: Any, state: Any, inc: Any
+    tracer: LobeTracer, table: Any, o: Any, d: Any, pixel: Any, sample: Any
 ) -> tuple[Any, Any, Any]:
     """Follow each ray to the first surface that is not smooth; what a smooth coat reflects does not count."""
     scene = tracer.scene.mitsuba_scene
-    rng = mi.PCG32()
-    rng.state, rng.inc = state, inc
     context = mi.BSDFContext()
-    lanes = dr.width(state)
+    lanes = dr.width(pixel)
     colour, normal = dr.ones(mi.Vector3f, lanes), dr.zeros(mi.Vector3f, lanes)
     number = dr.zeros(mi.UInt32, lanes)
     active, counts = (dr.full(mi.Bool, True, lanes) for _ in range(2))
@@ -124,10 +116,11 @@ def _through_mirrors(
         si = scene.ray_intersect(ray)
         hit = si.is_valid()
         along = mi.Vector3f(0, 0, 1)
+        numbers = tracer.numbers.at(pixel, sample, 2 * number + 1)
         bsdf = si.bsdf(ray)
-        value, _, bs, weight = bsdf.eval_pdf_sample(context, si, along, rng.next_float32(), two(rng), hit)
+        value, _, bs, weight = bsdf.eval_pdf_sample(context, si, along, numbers.one(0), numbers.two(0), hit)
         shown = mi.Vector3f(0)
-        terms = tracer.terms_of(si, value, weight, along, bs, tracer.pick(rng), hit)
+        terms = tracer.terms_of(si, value, weight, along, bs, tracer.pick(numbers), hit)
         for row, _, sent in terms:
             shown += sent * dr.gather(mi.Vector3f, table, _row_of_colour(tracer, row), hit)
         colour *= shown
