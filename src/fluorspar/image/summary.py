@@ -102,16 +102,19 @@ def summarise(dataset: xr.Dataset) -> Summary:
         if "spp" not in attrs
         else f"{attrs['spp']} per pixel, seed {attrs.get('seed', 'not known')}",
         "until": _reached(attrs.get("until")),
+        "denoised": attrs.get("denoised"),
         "quantity": None if is_radiance(attrs) else f"{quantity_of(attrs)}, unit {unit_of(attrs)}",
         "mean luminance": f"{sum(luminances.values()):.4g} {unit}" if finished else "not known",
     }
     lit = sum(float(spectrum.mean()) for name, spectrum in spectra.items() if name != "source")
-    if "standard_error" in dataset and lit > 0:
-        error = float(_mean(dataset, "standard_error", blocks)[0].mean())
-        if np.isfinite(error):
-            facts["standard error"] = (
-                f"{100 * error / lit:.2g} % of the {quantity_of(attrs)} without lamps, per pixel and band"
-            )
+    named = {"standard_error": "standard error", "denoised_error": "estimated error"}
+    for variable, fact in named.items():
+        if variable in dataset and lit > 0:
+            error = float(_mean(dataset, variable, blocks)[0].mean())
+            if np.isfinite(error):
+                facts[fact] = (
+                    f"{100 * error / lit:.2g} % of the {quantity_of(attrs)} without lamps, per pixel and band"
+                )
     if attrs.get("partial"):
         facts["partial"] = (
             f"the render was stopped before its end: {100 * finished:.3g} % of the pixels are finished"
