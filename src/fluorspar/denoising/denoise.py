@@ -74,11 +74,7 @@ def denoise(
         if len(names) == 1:
             parts = [whole]
         else:
-            for part in parts:
-                if part.noisy.any():
-                    part.clean = _with_own_means(
-                        part.noisy, denoise_channels(part.noisy, surfaces, fast=True)
-                    )
+            _denoise_components([part for part in parts if part.noisy.any()], surfaces)
         radiance = _radiance(dataset, dict(zip(names, parts, strict=True)), whole, pool)
     guided = "without the scene" if surfaces is None else "guided by colours and normals of surfaces"
     errors = {"denoised_error": error}
@@ -130,6 +126,15 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
 
     list(pool.map(put, strips(len(noisy))))
     return error
+
+
+def _denoise_components(pictures: list[Picture], surfaces: Surfaces | None) -> None:
+    """Denoise components, in place: only their shares of the total are used."""
+    if pictures:
+        noisy = np.concatenate([picture.noisy for picture in pictures], axis=2)
+        clean = _with_own_means(noisy, denoise_channels(noisy, surfaces, fast=True))
+        for picture, of_picture in zip(pictures, np.split(clean, len(pictures), axis=2), strict=True):
+            picture.clean = of_picture
 
 
 def _lamps(dataset: xr.Dataset) -> NDArray[np.bool_]:

@@ -42,7 +42,8 @@ def relative_error(denoised: Array, errors: Array, surfaces: tuple[Array, Array]
     ndarray of shape (Y, X)
     """
     noise = np.random.default_rng(_SEED).standard_normal(denoised.shape[:2], dtype=np.float32)
-    again = denoise_channels(np.maximum(denoised + errors * noise[..., np.newaxis], 0), surfaces)
+    probe = np.maximum(denoised + errors * noise[..., np.newaxis], 0)
+    again = denoise_channels(probe, surfaces, fast=True)
     scale = np.maximum(denoised.mean(axis=(0, 1)), np.finfo(np.float32).tiny)
     picture = (denoised / scale).mean(axis=2)
     level = mean_around(picture, _NEAR) + _DARKEST
