@@ -42,10 +42,14 @@ def test_light_paths_are_denoised(fluorspar: CommandLine, scene: str) -> None:
     assert fluorspar("relight", "ball.paths", *relit, "-o", "green.nc").code == 0
     with SpectralImage.open(fluorspar.folder / "green.nc") as image:
         assert GUIDED in image.attrs["denoised"]
+    said = fluorspar("info", "green.nc")
+    assert GUIDED in " ".join(said.out.split())
+    assert "estimated error:" in said.out
     said = fluorspar(
         "sheet", "ball.paths", "--concentration", "ball=0,1", "--denoise", "--scene", scene, "-o", "sheet.csv"
     )
     assert said.code == 0
+    assert GUIDED in " ".join(said.out.split())
     paths = package.load_paths(fluorspar.folder / "ball.paths")
     with_noise, without = (
         package.sheet(paths, concentration={"ball": [0, 1]}, denoise=denoise) for denoise in (False, True)

@@ -78,6 +78,19 @@ def test_components_keep_their_energy_and_add_up(box: Renders) -> None:
     assert (np.abs(blocks[1] - blocks[0]) < 0.01 * blocks[0] + 3 * error).all()
 
 
+def test_components_add_up_to_the_total_denoised_on_its_own(box: Renders) -> None:
+    total = SpectralImage.from_arrays(
+        lit(box.noisy)[np.newaxis],
+        box.noisy.wavelengths,
+        box.noisy.standard_error().values,
+        {"method": "paths"},
+        components=["total"],
+    )
+    lamps = box.noisy.component("source").values.max(axis=2) > 0  # where its errors are not those of the rest
+    alone = total.denoised(scene="cornell-box").total().values
+    np.testing.assert_allclose(lit(box.clean)[~lamps], alone[~lamps], rtol=1e-3, atol=1e-4 * alone.mean())
+
+
 def test_the_lamp_is_left_as_it_is(box: Renders) -> None:
     np.testing.assert_array_equal(box.clean.component("source").values, box.noisy.component("source").values)
 

@@ -151,6 +151,8 @@ def sheet(
             progress=progress,
         )
     said = found.attrs
+    if denoise:
+        console.out.print(f"denoised: {said['denoised']}", markup=False, highlight=False)
     facts = (
         f"{count} combinations on {said['wavelengths']}; measured: {said['measured']}; white: {said['white']}"
     )

@@ -158,16 +158,20 @@ def _radiance(dataset: xr.Dataset, parts: dict[str, Picture], whole: Picture, po
     lit = [name for name, part in parts.items() if part.noisy.any()]
 
     def finish(rows: slice) -> None:
-        total = np.zeros(radiance.shape[1:], np.float32)[rows]
         for number, name in enumerate(names):
             radiance[number, rows] = values_of(dataset, "radiance", rows, name)
-            if name in parts:
-                total += radiance[number, rows]
         if lit:
-            done = [radiance[names.index(name), rows] for name in lit]
-            for name, values in zip(lit, done, strict=True):
-                values[...] = parts[name].denoised(values, rows)
-            shared_out(whole.denoised(total, rows), done)
+            for y in range(rows.start, rows.stop):  # what stays in the caches
+                finish_row(slice(y, y + 1))
+
+    def finish_row(row: slice) -> None:
+        done = [radiance[names.index(name), row] for name in lit]
+        total = done[0].copy()
+        for values in done[1:]:
+            total += values
+        for name, values in zip(lit, done, strict=True):
+            values[...] = parts[name].denoised(values, row)
+        shared_out(whole.denoised(total, row), done)
 
     list(pool.map(finish, strips(dataset.sizes["y"])))
     return radiance

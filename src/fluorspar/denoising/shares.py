@@ -26,7 +26,9 @@ def shared_out(total: Array, parts: list[Array]) -> None:
     [2.0, 6.0]
     """
     shares = [np.maximum(part, 0, out=part) for part in parts]
-    whole = np.sum(shares, axis=0)
+    whole = shares[0].copy()
+    for share in shares[1:]:
+        whole += share
     none = whole <= 0
     shares[0][none] = whole[none] = 1
     factor = total / whole
