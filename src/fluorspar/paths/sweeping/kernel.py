@@ -92,6 +92,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
         for p in range(first, stop):
             seen = 0
             part = 0
+            lamps = 0
             slot = np.int64(p * parts)
             entry = np.int64(0)
             next_part = 0
@@ -108,6 +109,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                     if n < 0:
                         return p
                     if source > 0:
+                        lamps += 1
                         add_source(pixel, source, light, tables.lights, width)
                     if n > 0:
                         luminesced = propagate(path, n, tables, one_light, width)
@@ -140,6 +142,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                 errors,
                 halves,
                 p,
+                lamps,
             )
         return stop
 

@@ -386,6 +386,7 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
         component_errors = errors.shape[1] > 0
         for p in range(first, stop):
             part = 0
+            lamps = 0
             slot = np.int64(p * parts)
             entry = np.int64(0)
             next_part = 0
@@ -408,6 +409,7 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
                     if n < 0:
                         return p
                     if source > 0:
+                        lamps += 1
                         _light(path.shining, 1, light, tables, width)
                         for j in range(width):
                             y[0, j] += source * path.shining[1, j]
@@ -437,6 +439,7 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
                 errors,
                 halves,
                 p,
+                lamps,
             )
         return stop
 

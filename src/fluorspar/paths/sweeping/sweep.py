@@ -113,10 +113,9 @@ def sweep(
     _do(pool, [partial(run, *edge) for edge in pairwise(edges)])
     if row_length is not None:
         run_of = slice(at, at + chunk.pixels)
-        lamps = out.radiance[0, run_of].any(axis=1)
         estimated = [*(errors[:, run_of] if component_errors else ()), out.standard_error[run_of]]
         for by_batches, by_halves in zip(estimated, halves, strict=True):
-            _do(pool, pool_errors(by_batches, by_halves, lamps, chunk.first_pixel, row_length))
+            _do(pool, pool_errors(by_batches, by_halves, chunk.first_pixel, row_length))
 
 
 def _do(pool: Executor, work: Iterable[Callable[[], None]]) -> None:
