@@ -26,11 +26,13 @@ from fluorspar.image import components as components_module
 from fluorspar.paths import log as log_module
 from fluorspar.paths.log import BLOCK, END
 from fluorspar.paths.sweeping import batches as batches_module
+from fluorspar.paths.sweeping import kernel as kernel_module
 from fluorspar.paths.sweeping import luminesce as luminesce_module
 from fluorspar.paths.sweeping import registers as registers_module
 from fluorspar.paths.sweeping import spectral_tables as spectral_tables_module
 from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, TOTAL, Tally, count, new_tally, store
 from fluorspar.paths.sweeping.kept_code import FAST, fingerprint, keep_code
+from fluorspar.paths.sweeping.kernel import together
 from fluorspar.paths.sweeping.luminesce import luminesce
 from fluorspar.paths.sweeping.registers import collect, colour, reflect
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
@@ -364,6 +366,66 @@ def _luminesce_terms(path: Any, k: int, h: Any, luminesced: bool, tables: Any, y
     return True
 
 
+@numba.njit(inline="always")
+def sweep_lobe_pixel(
+    p: int,
+    spp: int,
+    parts: int,
+    batches: int,
+    log: Any,
+    tables: Any,
+    scratch: Any,
+    component_errors: bool,
+    width: int,
+) -> bool:
+    """Sweep all samples of a pixel into `sums` and `tally` of the scratch; see `sweep_pixel` of `kernel.py`."""
+    path, tally, y, sums, total = scratch
+    terms = len(log.row) // len(log.sampled)
+    one_light = len(log.direct_light) == 0
+    part = 0
+    slot = np.int64(p * parts)
+    entry = np.int64(0)
+    next_part = 0
+    for c in tables.components:
+        for j in range(width):
+            sums[c, j] = 0
+    for b in range(batches):
+        begin = b * spp // batches
+        end = (b + 1) * spp // batches
+        for c in tables.components:
+            for j in range(width):
+                y[c, j] = 0
+        for s in range(begin, end):
+            if s == next_part:
+                slot = np.int64(p * parts + part)
+                entry = np.int64(log.strips[slot // BLOCK, 0])
+                part += 1
+                next_part = part * spp // parts
+            together()
+            n, source, light, slot, entry = _read_path(log, slot, entry, path, terms, one_light)
+            together()
+            if n < 0:
+                return False
+            if source > 0:
+                _light(path.shining, 1, light, tables, width)
+                for j in range(width):
+                    y[0, j] += source * path.shining[1, j]
+            if n > 0:
+                _sweep_path(path, n, tables, y, width)
+        for j in range(width):
+            total[j] = 0
+        for c in tables.components:
+            for j in range(width):
+                total[j] += y[c, j]
+            for j in range(width):
+                sums[c, j] += y[c, j]
+        count(tally, TOTAL, total, end - begin, b, width)
+        if component_errors:
+            for c in tables.components:
+                count(tally, c, y[c], end - begin, b, width)
+    return True
+
+
 @cache
 def compiled_for_lobes(width: int) -> Callable[..., int]:
     """Compile the sweep for a padded number of bands; see `compiled` of `kernel.py`."""
@@ -371,6 +433,7 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
         components_module,
         log_module,
         batches_module,
+        kernel_module,
         luminesce_module,
         registers_module,
         spectral_tables_module,
@@ -380,62 +443,12 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
     @numba.njit(nogil=True, fastmath=FAST, _nrt=False)
     def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
         _ = version
-        path, tally, y, sums, total = scratch
-        terms = len(log.row) // len(log.sampled)
-        one_light = len(log.direct_light) == 0
         component_errors = errors.shape[1] > 0
         for p in range(first, stop):
-            part = 0
-            slot = np.int64(p * parts)
-            entry = np.int64(0)
-            next_part = 0
-            for c in tables.components:
-                for j in range(width):
-                    sums[c, j] = 0
-            for b in range(batches):
-                begin = b * spp // batches
-                end = (b + 1) * spp // batches
-                for c in tables.components:
-                    for j in range(width):
-                        y[c, j] = 0
-                for s in range(begin, end):
-                    if s == next_part:
-                        slot = np.int64(p * parts + part)
-                        entry = np.int64(log.strips[slot // BLOCK, 0])
-                        part += 1
-                        next_part = part * spp // parts
-                    n, source, light, slot, entry = _read_path(log, slot, entry, path, terms, one_light)
-                    if n < 0:
-                        return p
-                    if source > 0:
-                        _light(path.shining, 1, light, tables, width)
-                        for j in range(width):
-                            y[0, j] += source * path.shining[1, j]
-                    if n > 0:
-                        _sweep_path(path, n, tables, y, width)
-                for j in range(width):
-                    total[j] = 0
-                for c in tables.components:
-                    for j in range(width):
-                        total[j] += y[c, j]
-                    for j in range(width):
-                        sums[c, j] += y[c, j]
-                count(tally, TOTAL, total, end - begin, b, width)
-                if component_errors:
-                    for c in tables.components:
-                        count(tally, c, y[c], end - begin, b, width)
-            store(
-                at + p,
-                sums,
-                tally,
-                spp,
-                batches,
-                tables.spectra.bands,
-                component_errors,
-                radiance,
-                error,
-                errors,
-            )
+            if not sweep_lobe_pixel(p, spp, parts, batches, log, tables, scratch, component_errors, width):
+                return p
+            sums, tally, bands = scratch.sums, scratch.tally, tables.spectra.bands
+            store(at + p, sums, tally, spp, batches, bands, component_errors, radiance, error, errors)
         return stop
 
     keep_code(kernel, f"the sweep of {width} bands and lobes")
