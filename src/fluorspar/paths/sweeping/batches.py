@@ -7,6 +7,7 @@ With n samples in batches of n_b samples and means m_b, the squared standard err
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numba
@@ -104,4 +105,4 @@ def _error(total: Any, squares: Any, scale: Any, freedom: Any) -> Any:
     """Standard error of a mean from its batches; NaN of a single one."""
     if freedom <= 0:
         return np.float32(np.nan)
-    return np.sqrt(max(squares - scale * total * total, np.float32(0)) / freedom)
+    return math.sqrt(max(squares - scale * total * total, np.float32(0)) / freedom)

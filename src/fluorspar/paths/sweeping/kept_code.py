@@ -7,6 +7,7 @@ import logging
 import pickle
 import warnings
 import zlib
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -15,7 +16,7 @@ from numba.core.serialize import dumps
 
 from fluorspar.errors import FluorsparWarning
 
-__all__ = ["FAST", "fingerprint", "keep_code"]
+__all__ = ["FAST", "fingerprint", "fingerprint_of_folder", "keep_code", "keep_gpu_code"]
 
 # Sums may be reordered for SIMD; NaN and infinity keep their meaning.
 FAST = {"reassoc", "contract", "nsz", "arcp"}
@@ -103,3 +104,18 @@ def keep_code(kernel: Any, what: str) -> None:
         return
     cache.what = what
     kernel._cache = cache  # as `cache=True` does
+
+
+def fingerprint_of_folder() -> int:
+    """A number of all source that the sweep on a GPU may be compiled from."""
+    folder = Path(__file__).parent
+    files = [*sorted(folder.glob("*.py")), folder.parent / "log.py"]
+    return zlib.crc32(b"".join(file.read_bytes() for file in files))
+
+
+def keep_gpu_code(kernel: Any, what: str) -> None:
+    """Let a kernel for a GPU look for its code on disk; where it cannot be kept, it is compiled each time."""
+    try:
+        kernel.enable_caching()
+    except (AttributeError, RuntimeError, OSError) as err:  # the simulator compiles nothing
+        _LOG.info("compiled code of %s is not kept: %s", what, err)

@@ -13,6 +13,7 @@ and the camera vertex, where direct and indirect light are told apart, the compo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -255,7 +256,7 @@ def _put_colour(path: Any, to: int, tables: Any, number: int, width: int) -> Non
         elif operation == FULL:
             k1, k2 = -one, two
         for j in range(width):
-            out[to, j] = k0 + k1 * np.sqrt(out[to, j]) + k2 * out[to, j]
+            out[to, j] = k0 + k1 * math.sqrt(out[to, j]) + k2 * out[to, j]
 
 
 @numba.njit(inline="always")

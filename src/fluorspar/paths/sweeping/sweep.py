@@ -21,7 +21,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor, wait
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,6 +31,9 @@ from fluorspar.paths.sweeping.batches import batch_count
 from fluorspar.paths.sweeping.kernel import compiled, new_scratch
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables, compiled_for_lobes, new_lobe_scratch
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables
+
+if TYPE_CHECKING:
+    from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
 
 __all__ = ["sweep"]
 
@@ -45,6 +48,7 @@ def sweep(
     out: Pixels,
     at: int = 0,
     samples: int | None = None,
+    gpu: SweepOnGpu | None = None,
 ) -> None:
     """Compute the spectra of all components of the pixels of a chunk.
 
@@ -63,8 +67,18 @@ def sweep(
         Pixel of `out` that the first one of the chunk becomes.
     samples : int, optional
         Only so many of the samples of each pixel are swept, the first ones of each lane, at least one a lane.
+    gpu : SweepOnGpu, optional
+        Made of the same tables; it sweeps in place of the threads, which gives the same numbers up to rounding.
     """
     log, component_errors = chunk.log, out.component_standard_error is not None
+    swept = min(samples or chunk.spp, chunk.spp)
+    counts = swept, lanes_per_pixel(chunk.spp), batch_count(swept)
+    entries = {name: getattr(log, name) for name in ENTRIES}
+    # those in the memory of a GPU are flat
+    flat = log._replace(**{name: v if v.ndim == 1 else v.reshape(-1) for name, v in entries.items()})
+    if gpu is not None:
+        gpu.sweep(chunk.pixels, counts, flat, pool, out, at)
+        return
     one_light = len(log.direct_light) == 0
     scratch_for: Callable[[int], Any]
     if isinstance(tables, LobeTables):
@@ -76,12 +90,9 @@ def sweep(
         rows, width = tables.reflectance.shape
         kernel = compiled(width, one_light, component_errors)
         scratch_for = partial(new_scratch, rows, width)
-    flat = log._replace(**{name: getattr(log, name).reshape(-1) for name in ENTRIES})
     errors = out.component_standard_error if component_errors else out.radiance[:, :0]
 
     def run(first: int, stop: int) -> None:
-        swept = min(samples or chunk.spp, chunk.spp)
-        counts = swept, lanes_per_pixel(chunk.spp), batch_count(swept)
         room = _ROOM
         while first < stop:
             scratch: Any = scratch_for(room)

@@ -1,0 +1,144 @@
+"""The compiled sweep on a GPU: a warp for each pixel, K bands for each of its threads; see `warp.py`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import numba
+from numba import cuda
+
+from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, Tally
+from fluorspar.paths.sweeping.camera_vertex import Pixel
+from fluorspar.paths.sweeping.kernel import Scratch, sweep_pixel
+from fluorspar.paths.sweeping.kept_code import fingerprint_of_folder, keep_gpu_code
+from fluorspar.paths.sweeping.propagate import Path
+from fluorspar.paths.sweeping.warp import (
+    WARP,
+    for_gpu,
+    lane_tables,
+    store_of_lane,
+    together,
+    warp_luminesce,
+)
+
+__all__ = ["Output", "compiled_for_warps", "room_for_warps"]
+
+_VERTICES = 32
+_TALLIED = COMPONENT_COUNT + 1
+_FLOAT = numba.float32
+_sweep_pixel = for_gpu(sweep_pixel, luminesce=warp_luminesce, together=together)
+
+
+class Output(NamedTuple):
+    """Where results go: `radiance` (7, P, N), `error` (P, N), `errors` (7, P, N), or (7, 0, N) if not asked for."""
+
+    radiance: Any
+    error: Any
+    errors: Any
+
+
+class Room(NamedTuple):
+    """What warps work in beside registers, one row of each array for each warp; see `Path` and `Pixel`.
+
+    What the threads of a warp agree about is kept once; the rest of them keep apart.
+    """
+
+    vertex: Any
+    weight: Any
+    place: Any
+    row: Any
+    batch: Any
+    sums: Any
+    direct: Any
+    in_batch: Any
+
+
+def room_for_warps(rows: int, each: int, room: int) -> Room:
+    """Shapes and types for one warp: up to `room` material rows a pixel, paths of up to 32 times as many vertices."""
+    return Room(
+        ((_VERTICES * room, 3), "i4"),
+        ((_VERTICES * room, 3), "f4"),
+        ((rows,), "i4"),
+        ((room,), "i4"),
+        ((room, 4, each, WARP), "f4"),
+        ((room, 4, each, WARP), "f4"),
+        ((room, WARP), "f4"),
+        ((room, WARP), "?"),
+    )
+
+
+@cuda.jit(device=True, inline="always")
+def _clear(room: Any, warp: int, lane: int) -> None:
+    """Empty what a sweep expects to be empty."""
+    for row in range(lane, room.place.shape[1], WARP):
+        room.place[warp, row] = -1
+    for at in range(room.row.shape[1]):
+        room.direct[warp, at, lane] = 0
+        room.in_batch[warp, at, lane] = False
+        for q in range(4):
+            for i in range(room.batch.shape[3]):
+                room.batch[warp, at, q, i, lane] = 0
+                room.sums[warp, at, q, i, lane] = 0
+
+
+@cache
+def compiled_for_warps(each: int, one_light: bool, component_errors: bool) -> Callable[..., None]:
+    """Compile the sweep for a number of bands of each thread; compiled code is kept on disk.
+
+    The kernel takes the pixels of a chunk, its samples, lanes per pixel and batches, the log (see `Log`, its entries
+    flat), tables of `tables_for_warps`, a `Room`, an `Output`, and an array of one number, which becomes 1 if the room
+    was not enough. A block is of 32 x n threads.
+    """
+    version = fingerprint_of_folder()
+
+    @cuda.jit
+    def kernel(pixels, spp, parts, batches, log, tables, room, out, short):  # type: ignore[no-untyped-def]
+        _ = version  # a captured value is part of the key under which Numba keeps compiled code
+        lane = cuda.threadIdx.x
+        warp = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+        mine = lane_tables(tables, lane)
+        source = cuda.local.array(each, _FLOAT)
+        batch_source = cuda.local.array(each, _FLOAT)
+        for i in range(each):
+            source[i] = 0
+            batch_source[i] = 0
+        path = Path(
+            room.vertex[warp],
+            room.weight[warp],
+            cuda.local.array(each, _FLOAT),
+            cuda.local.array(each, _FLOAT),
+            cuda.local.array(each, _FLOAT),
+            cuda.local.array(each, _FLOAT),
+        )
+        pixel = Pixel(
+            room.place[warp],
+            room.row[warp],
+            room.batch[warp, :, :, :, lane],
+            room.direct[warp, :, lane],
+            room.in_batch[warp, :, lane],
+            room.sums[warp, :, :, :, lane],
+            source,
+            batch_source,
+            cuda.local.array(each, _FLOAT),
+            cuda.local.array(each, _FLOAT),
+        )
+        tally = Tally(
+            cuda.local.array((_TALLIED, each), _FLOAT),
+            cuda.local.array((_TALLIED, each), _FLOAT),
+            cuda.local.array((_TALLIED, each), _FLOAT),
+        )
+        y = cuda.local.array((COMPONENT_COUNT, each), _FLOAT)
+        scratch = Scratch(path, pixel, tally, y, cuda.local.array(each, _FLOAT))
+        _clear(room, warp, lane)
+        for p in range(warp, pixels, cuda.gridDim.x * cuda.blockDim.y):
+            if not _sweep_pixel(
+                p, spp, parts, batches, log, mine, scratch, one_light, component_errors, each
+            ):
+                short[0] = 1
+                break
+            store_of_lane(p, y, tally, spp, batches, mine, component_errors, out, each)
+
+    keep_gpu_code(kernel, f"the sweep on a GPU of {each} x {WARP} bands")
+    return kernel  # type: ignore[no-any-return]

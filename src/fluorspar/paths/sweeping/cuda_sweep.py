@@ -1,0 +1,117 @@
+"""The sweep on a GPU, as the CPU sees it: logs and tables go there, spectra come back through pinned memory."""
+
+from __future__ import annotations
+
+import warnings
+from concurrent.futures import Executor
+from math import prod
+from typing import Any
+
+import numpy as np
+from numba.core.errors import NumbaPerformanceWarning
+
+from fluorspar.image.pixels import Pixels
+from fluorspar.paths.log import Log
+from fluorspar.paths.sweeping.batches import COMPONENT_COUNT
+from fluorspar.paths.sweeping.cuda_kernel import Output, compiled_for_warps, room_for_warps
+from fluorspar.paths.sweeping.cuda_lobe_kernel import (
+    compiled_for_warps_and_lobes,
+    lobe_tables_for_warps,
+    room_for_warps_and_lobes,
+)
+from fluorspar.paths.sweeping.cuda_memory import copy_back, empty, pinned, processors, to_gpu
+from fluorspar.paths.sweeping.lobe_kernel import LobeTables
+from fluorspar.paths.sweeping.spectral_tables import SpectralTables
+from fluorspar.paths.sweeping.warp import WARP, tables_for_warps
+
+__all__ = ["SweepOnGpu"]
+
+_WARPS = 4  # of a block
+_BLOCKS = 8  # of a processor, more than it runs at a time
+_ROOM = 8  # material rows of a pixel that there is room for at first
+_MOST = 1 << 29  # bytes that all warps together may work in
+
+
+class SweepOnGpu:
+    """Sweeps chunks with one set of tables; not in several threads at a time.
+
+    Parameters
+    ----------
+    tables : SpectralTables or LobeTables
+    component_errors : bool
+        Whether standard errors of the components are estimated, too.
+    """
+
+    def __init__(self, tables: SpectralTables | LobeTables, component_errors: bool) -> None:
+        self._lobes, self._component_errors = isinstance(tables, LobeTables), component_errors
+        self._tables: Any = to_gpu(
+            lobe_tables_for_warps(tables) if isinstance(tables, LobeTables) else tables_for_warps(tables)
+        )
+        spectra = self._tables.spectra if self._lobes else self._tables
+        self._rows, self._each, _ = spectra.reflectance.shape
+        self._room, self._scratch, self._warps = _ROOM, None, 0
+        self._shape: tuple[int, int] | None = None
+
+    def sweep(
+        self, pixels: int, counts: tuple[int, int, int], log: Log, pool: Executor, out: Pixels, at: int
+    ) -> None:
+        """Compute the spectra of a chunk; see `sweep`.
+
+        Parameters
+        ----------
+        pixels : int
+        counts : (int, int, int)
+            Samples of a pixel, its lanes and its batches.
+        log : Log
+            Its entries flat, in arrays of NumPy or in the memory of the GPU.
+        pool : Executor
+            Threads that copy.
+        out : Pixels
+        at : int
+            Pixel of `out` that the first one becomes.
+        """
+        if self._shape != (pixels, out.radiance.shape[2]):
+            self._allocate_output(pixels, out.radiance.shape[2])
+        there = to_gpu(log)
+        if self._lobes:
+            kernel: Any = compiled_for_warps_and_lobes(self._each, self._component_errors)
+        else:
+            kernel = compiled_for_warps(self._each, len(log.direct_light) == 0, self._component_errors)
+        short = np.ones(1, dtype=np.int32)
+        while short[0]:
+            if self._scratch is None:
+                self._allocate_scratch(len(log.row) // len(log.sampled))
+            there_short = to_gpu(np.zeros(1, dtype=np.int32))
+            blocks = min(self._warps // _WARPS, -(-pixels // _WARPS))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", NumbaPerformanceWarning)  # few pixels leave some of it idle
+                kernel[blocks, (WARP, _WARPS)](
+                    pixels, *counts, there, self._tables, self._scratch, self._output, there_short
+                )
+            copy_back(there_short, short)
+            if short[0]:  # a pixel sees more rows, or a path is longer
+                self._room, self._scratch = 2 * self._room, None
+        places = [out.radiance, out.standard_error[np.newaxis], out.component_standard_error]
+        for values, staged, place in zip(self._output, self._staged, places, strict=True):
+            if place is not None:
+                copy_back(values, staged)
+                list(pool.map(np.copyto, place[:, at : at + pixels], staged.reshape(-1, *staged.shape[-2:])))
+
+    def _allocate_output(self, pixels: int, bands: int) -> None:
+        errors = pixels if self._component_errors else 0
+        shapes = (COMPONENT_COUNT, pixels, bands), (pixels, bands), (COMPONENT_COUNT, errors, bands)
+        self._output = Output(*(empty(shape, np.float32) for shape in shapes))
+        self._staged = Output(*(pinned(shape, np.float32) for shape in shapes))
+        self._shape = pixels, bands
+
+    def _allocate_scratch(self, terms: int) -> None:
+        """Give room to as many warps as run at a time, or as there is memory for."""
+        room: Any = (
+            room_for_warps_and_lobes(terms, self._each, self._room)
+            if self._lobes
+            else room_for_warps(self._rows, self._each, self._room)
+        )
+        size = sum(prod(shape) * np.dtype(kind).itemsize for shape, kind in room)
+        most = min(processors() * _BLOCKS, _MOST // (size * _WARPS))
+        self._warps = max(most, 1) * _WARPS
+        self._scratch = type(room)(*(empty((self._warps, *shape), kind) for shape, kind in room))
