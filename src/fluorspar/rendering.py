@@ -42,7 +42,7 @@ def render(
     stokes: Stokes = "half",
     excitation: str = "full",
     component_errors: bool = False,
-    variant: str = "llvm",
+    variant: str = "auto",
     threads: int | None = None,
     output: str | os.PathLike[str] | None = None,
     progress: Progress | bool | None = None,
@@ -80,7 +80,8 @@ def render(
     component_errors : bool
         Estimate the standard error of each component too, not only of the total.
     variant : str
-        `"llvm"`, or `"cuda"` for an NVIDIA GPU.
+        `"llvm"` for the processor, `"cuda"` for an NVIDIA GPU, or `"auto"`: the GPU if it starts, else the processor;
+        the attribute `variant` says which. They trace different paths from one seed.
     threads : int, optional
         Default: all cores this process may use.
     output : path, optional
@@ -193,7 +194,7 @@ def trace(
     rr_depth: int | None = None,
     materials: Mapping[str, str | Path | Material] | None = None,
     excitation: str = "full",
-    variant: str = "llvm",
+    variant: str = "auto",
     threads: int | None = None,
     output: str | os.PathLike[str] | None = None,
     progress: Progress | bool | None = None,

@@ -76,7 +76,7 @@ def render(
     stokes: StokesOption = "half",
     component_errors: ComponentErrorsOption = False,
     pictures: PicturesOption = None,
-    variant: VariantOption = "llvm",
+    variant: VariantOption = "auto",
     threads: ThreadsOption = None,
     mesh: MeshOption = None,
     emitters: Annotated[

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
 from fluorspar.paths.numbering import numbered, rows_shown
+from fluorspar.paths.sweeping.gpu import sweeps_on_gpu
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
 
 __all__ = ["CHUNK", "trace_chunks"]
@@ -49,6 +50,7 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
         dr.set_thread_count(job.threads or usable_cores())
         try:
             tracer = _tracer(job, kept)
+            tracer.on_gpu = not kept and sweeps_on_gpu(job.variant)
             begun: deque[Any] = deque()
             for number, run in enumerate(runs):
                 begun.append(tracer.start(number, *run))

@@ -7,19 +7,24 @@ import time
 import warnings
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
 
 from fluorspar.errors import FluorsparWarning
 from fluorspar.image.pixels import PixelsInFile, PixelsInMemory, Target
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
+from fluorspar.paths.sweeping.gpu import sweeps_on_gpu, why_not_on_gpu
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables, lobe_tables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
 from fluorspar.paths.sweeping.sweep import sweep
 from fluorspar.progress import Progress
 from fluorspar.scene.variants import usable_cores
 
-__all__ = ["render_chunks"]
+if TYPE_CHECKING:
+    from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
+
+__all__ = ["render_chunks", "tables_of"]
 
 
 def render_chunks(
@@ -53,10 +58,12 @@ def render_chunks(
     began = time.perf_counter()
     pixels = settings.width * settings.height
     with target, ThreadPoolExecutor(job.threads or usable_cores()) as pool:
-        tables = _tables(job)
+        tables = tables_of(job)
+        gpu = _gpu(job, tables)
         try:
             for chunk in chunks:
-                sweep(chunk, tables, pool, *target.room(chunk.first_pixel, chunk.pixels), settings.spp)
+                room = target.room(chunk.first_pixel, chunk.pixels)
+                sweep(chunk, tables, pool, *room, settings.spp, gpu)
                 target.keep(chunk.first_pixel, chunk.pixels)
                 del chunk  # its log goes before the next one comes
                 if progress:
@@ -71,7 +78,19 @@ def render_chunks(
         return target.image({**job.attrs, "timings": timings}, partial=target.kept < pixels)
 
 
-def _tables(job: RenderJob) -> SpectralTables | LobeTables:
+def _gpu(job: RenderJob, tables: SpectralTables | LobeTables) -> SweepOnGpu | None:
+    """What sweeps on a GPU, for paths that were traced on one."""
+    if sweeps_on_gpu(job.variant):
+        from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
+
+        return SweepOnGpu(tables, job.component_errors)
+    if job.variant == "cuda":
+        text = f"light paths are traced on the GPU, but swept on the CPU: {why_not_on_gpu()}"
+        warnings.warn(text, FluorsparWarning, stacklevel=4)
+    return None
+
+
+def tables_of(job: RenderJob) -> SpectralTables | LobeTables:
     """Spectra of the scene's materials and lights on the computed grid."""
     grid, lobes = job.computed_grid, job.scene.lobes
     matrices = job.matrices()

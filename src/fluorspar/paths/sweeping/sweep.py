@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fluorspar.image.pixels import Pixels
-from fluorspar.paths.log import ENTRIES, Chunk, lanes_per_pixel
+from fluorspar.paths.log import Chunk, flat, lanes_per_pixel
 from fluorspar.paths.sweeping.batches import batch_count
 from fluorspar.paths.sweeping.kernel import compiled, new_scratch
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables, compiled_for_lobes, new_lobe_scratch
@@ -73,11 +73,9 @@ def sweep(
     log, component_errors = chunk.log, out.component_standard_error is not None
     swept = min(samples or chunk.spp, chunk.spp)
     counts = swept, lanes_per_pixel(chunk.spp), batch_count(swept)
-    entries = {name: getattr(log, name) for name in ENTRIES}
-    # those in the memory of a GPU are flat
-    flat = log._replace(**{name: v if v.ndim == 1 else v.reshape(-1) for name, v in entries.items()})
+    entries = flat(log)
     if gpu is not None:
-        gpu.sweep(chunk.pixels, counts, flat, pool, out, at)
+        gpu.sweep(chunk.pixels, counts, entries, pool, out, at)
         return
     one_light = len(log.direct_light) == 0
     scratch_for: Callable[[int], Any]
@@ -97,7 +95,7 @@ def sweep(
         while first < stop:
             scratch: Any = scratch_for(room)
             first = kernel(
-                first, stop, *counts, flat, tables, out.radiance, out.standard_error, errors, at, scratch
+                first, stop, *counts, entries, tables, out.radiance, out.standard_error, errors, at, scratch
             )
             room *= 2  # for a pixel that sees more rows, or a path that is longer
 
