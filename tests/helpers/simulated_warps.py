@@ -41,6 +41,23 @@ def shfl_up_sync(mask: int, value: Any, by: int) -> Any:
     return values[max(lane - by, 0)]
 
 
+def shfl_down_sync(mask: int, value: Any, by: int) -> Any:
+    values, lane = _exchanged(value)
+    return values[min(lane + by, WARP - 1)]
+
+
+def ballot_sync(mask: int, value: Any) -> int:
+    values, _ = _exchanged(value)
+    return sum(1 << lane for lane, each in enumerate(values) if each)
+
+
+class _ThreadIdx:
+    @property
+    def x(self) -> int:
+        thread: Any = threading.current_thread()
+        return int(thread.threadIdx.x)
+
+
 def syncwarp(mask: int = 0) -> None:
     _exchanged(None)
 
@@ -48,6 +65,8 @@ def syncwarp(mask: int = 0) -> None:
 def install() -> None:
     """Give the simulator what it lacks."""
     sys.setswitchinterval(1e-4)  # its threads wait for one another all the time
-    for function in (shfl_sync, shfl_up_sync, syncwarp):
+    # Numba's own simulator gives a module its `cuda` back while others of the same module still run.
+    cuda.threadIdx, cuda.ffs = _ThreadIdx(), FakeCUDAModule((1, 1, 1), (1, 1, 1), 0).ffs
+    for function in (shfl_sync, shfl_up_sync, shfl_down_sync, ballot_sync, syncwarp):
         setattr(cuda, function.__name__, function)
         setattr(FakeCUDAModule, function.__name__, staticmethod(function))

@@ -7,14 +7,17 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numba
+import numpy as np
 from numba import cuda
 
+from fluorspar.paths.log import BLOCK, END
 from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, Tally
 from fluorspar.paths.sweeping.camera_vertex import Pixel
 from fluorspar.paths.sweeping.kernel import Scratch, sweep_pixel
 from fluorspar.paths.sweeping.kept_code import fingerprint_of_folder, keep_gpu_code
 from fluorspar.paths.sweeping.propagate import Path
 from fluorspar.paths.sweeping.warp import (
+    ALL,
     WARP,
     for_gpu,
     lane_tables,
@@ -28,7 +31,78 @@ __all__ = ["Output", "compiled_for_warps", "room_for_warps"]
 _VERTICES = 32
 _TALLIED = COMPONENT_COUNT + 1
 _FLOAT = numba.float32
-_sweep_pixel = for_gpu(sweep_pixel, luminesce=warp_luminesce, together=together)
+
+
+@cuda.jit(device=True, inline="always")
+def _ahead(log: Any, slot: int, entry: int, by: int) -> Any:
+    """Slot and entry that is `by` entries on in what a lane has recorded, slot -1 where that is beyond its end."""
+    entry += by
+    while slot >= 0 and entry >= log.strips[slot // BLOCK, 1]:
+        entry -= log.strips[slot // BLOCK, 1]
+        slot = np.int64(log.goes_on[slot])
+        if slot >= 0:
+            entry += log.strips[slot // BLOCK, 0]
+    return slot, entry
+
+
+@cuda.jit(device=True, inline="always")
+def _read_path(log: Any, slot: Any, entry: Any, path: Any, one_light: bool) -> Any:
+    """Read a path as `read_path` does, 32 entries at a time, one for each thread."""
+    lane = cuda.threadIdx.x
+    n = 0
+    source = numba.float32(0)
+    source_light = np.int64(0)
+    while True:
+        own_slot, own_entry = _ahead(log, slot, entry, lane)
+        i = np.int64(0)
+        sampled = f = numba.float32(0)
+        vertex = ends = False
+        light = np.int64(0)
+        if own_slot >= 0:
+            i = own_entry * BLOCK + own_slot % BLOCK
+            sampled = log.sampled[i]
+            vertex = log.row[i] != END
+            if vertex:
+                f = log.weight[i]
+            ends = f == 0
+            if not one_light:
+                light = np.int64(log.sampled_light[i])
+        ended = cuda.ballot_sync(ALL, ends)
+        entries = cuda.ffs(ended) if ended != 0 else WARP
+        if n + entries > len(path.vertex):
+            n = -1
+            break
+        if n == 0:
+            source = cuda.shfl_sync(ALL, sampled, 0)
+            source_light = cuda.shfl_sync(ALL, light, 0)
+        elif lane == 0:
+            path.weight[n - 1, 1] = path.weight[n - 1, 2] * sampled
+            path.vertex[n - 1, 2] = light
+        # What the next ray hits belongs to this vertex.
+        hit = cuda.shfl_down_sync(ALL, sampled, 1)
+        hit_light = cuda.shfl_down_sync(ALL, light, 1)
+        if vertex and lane < entries:
+            followed = lane + 1 < entries
+            path.vertex[n + lane, 0] = log.row[i]
+            path.weight[n + lane, 0] = log.direct[i]
+            path.weight[n + lane, 1] = f * hit if followed else numba.float32(0)
+            path.weight[n + lane, 2] = f
+            if not one_light:
+                path.vertex[n + lane, 1] = log.direct_light[i]
+                path.vertex[n + lane, 2] = hit_light if followed else 0
+        last = cuda.shfl_sync(ALL, np.int32(vertex), entries - 1)
+        slot = cuda.shfl_sync(ALL, own_slot, entries - 1)
+        entry = cuda.shfl_sync(ALL, own_entry, entries - 1) + 1
+        n += entries
+        if ended != 0:
+            if last == 0:
+                n -= 1
+            break
+        cuda.syncwarp()
+    return n, source, source_light, slot, entry
+
+
+_sweep_pixel = for_gpu(sweep_pixel, luminesce=warp_luminesce, together=together, read_path=_read_path)
 
 
 class Output(NamedTuple):
