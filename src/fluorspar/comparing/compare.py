@@ -281,6 +281,7 @@ def _same_seed(sides: tuple[Side, Side]) -> int | None:
         return None
     seed = a.attrs.get("seed")
     same = seed == b.attrs.get("seed") and all(
-        a.attrs.get(name, other) == b.attrs.get(name, other) for name, other in (("method", None), ("variant", "llvm"))
+        a.attrs.get(name, other) == b.attrs.get(name, other)
+        for name, other in (("method", None), ("variant", "llvm"))
     )
     return seed if same and isinstance(seed, int) else None

@@ -286,9 +286,7 @@ class LightPaths:
                     chunk = chunk_on_gpu(chunk)
                 if held is not None:
                     held.append(chunk)
-                    if sum(each.log.nbytes for each in held) > (
-                        _HELD_ON_GPU if on_gpu else _HELD
-                    ):
+                    if sum(each.log.nbytes for each in held) > (_HELD_ON_GPU if on_gpu else _HELD):
                         held = None
                 yield chunk
         if held is not None:

@@ -18,6 +18,7 @@ from fluorspar.paths.sweeping.kept_code import fingerprint_of_folder, keep_gpu_c
 from fluorspar.paths.sweeping.propagate import Path
 from fluorspar.paths.sweeping.warp import (
     ALL,
+    LIMITS,
     WARP,
     for_gpu,
     lane_tables,
@@ -167,7 +168,7 @@ def compiled_for_warps(each: int, one_light: bool, component_errors: bool) -> Ca
     """
     version = fingerprint_of_folder()
 
-    @cuda.jit
+    @cuda.jit(**LIMITS)
     def kernel(pixels, spp, parts, batches, log, tables, room, out, short):  # type: ignore[no-untyped-def]
         _ = version  # a captured value is part of the key under which Numba keeps compiled code
         lane = cuda.threadIdx.x

@@ -14,6 +14,7 @@ from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, Tally
 from fluorspar.paths.sweeping.kept_code import fingerprint_of_folder, keep_gpu_code
 from fluorspar.paths.sweeping.lobe_kernel import LobePath, LobeScratch, LobeTables, sweep_lobe_pixel
 from fluorspar.paths.sweeping.warp import (
+    LIMITS,
     WARP,
     for_gpu,
     lane_tables,
@@ -125,7 +126,7 @@ def compiled_for_warps_and_lobes(each: int, component_errors: bool) -> Callable[
     """Compile the sweep for a number of bands of each thread; see `compiled_for_warps`."""
     version = fingerprint_of_folder()
 
-    @cuda.jit
+    @cuda.jit(**LIMITS)
     def kernel(pixels, spp, parts, batches, log, tables, room, out, short):  # type: ignore[no-untyped-def]
         _ = version
         lane = cuda.threadIdx.x

@@ -33,7 +33,7 @@ def empty(shape: tuple[int, ...], kind: DTypeLike) -> Any:
 
 def pinned(shape: tuple[int, ...], kind: DTypeLike) -> NDArray[Any]:
     """Allocate where a GPU can write to directly."""
-    return np.empty(shape, kind) if _SIMULATED else cuda.pinned_array(shape, np.dtype(kind))
+    return np.empty(shape, kind) if _SIMULATED or 0 in shape else cuda.pinned_array(shape, np.dtype(kind))
 
 
 def copy_back(values: Any, to: NDArray[Any]) -> None:

@@ -12,17 +12,31 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numba import cuda
+from numba import config, cuda
 from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
 from fluorspar.paths.sweeping.batches import store
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables
 
-__all__ = ["ALL", "WARP", "LaneTables", "for_gpu", "lane_tables", "lay_out", "store_of_lane", "tables_for_warps", "together", "warp_luminesce"]
+__all__ = [
+    "ALL",
+    "LIMITS",
+    "WARP",
+    "LaneTables",
+    "for_gpu",
+    "lane_tables",
+    "lay_out",
+    "store_of_lane",
+    "tables_for_warps",
+    "together",
+    "warp_luminesce",
+]
 
 WARP = 32  # threads
 ALL = 0xFFFFFFFF  # of them
+# Of 32-bit registers for each thread, so that 16 warps run at a time on a processor; a simulator has none.
+LIMITS = {} if config.ENABLE_CUDASIM else {"max_registers": 128}
 
 
 def for_gpu(function: Any, **instead: Any) -> Any:

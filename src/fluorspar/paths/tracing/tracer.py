@@ -154,7 +154,9 @@ class Tracer:
             launches.append(self._launch(state, started.launch.height, started.spread))
         longest = (len(launches) - 1) * started.launch.height + int(dr.max(launches[-1].used)[0])
         self._room = min(max(1.1 * longest / self._longest_lane, 2.0), _MOST_ROOM)
-        return Chunk(started.first_pixel, started.pixels, self.settings.spp, _log(launches, self.terms, self.on_gpu))
+        return Chunk(
+            started.first_pixel, started.pixels, self.settings.spp, _log(launches, self.terms, self.on_gpu)
+        )
 
     def _launch(self, state: dict[str, Any], height: int, spread: Spread | None) -> _Launch:
         """Allocate a strip for each lane and launch the kernel that fills them."""
@@ -382,7 +384,9 @@ def _joined(parts: list[Any], terms: int) -> Any:
     for term in range(terms):
         for part in parts:
             size = len(part) // terms
-            runs.append(dr.gather(type(part), part, dr.arange(mi.UInt32, size) + dr.opaque(mi.UInt32, term * size)))
+            runs.append(
+                dr.gather(type(part), part, dr.arange(mi.UInt32, size) + dr.opaque(mi.UInt32, term * size))
+            )
     joined = dr.concat(runs)
     dr.eval(joined)
     return joined
