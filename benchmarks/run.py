@@ -290,8 +290,8 @@ def gpu_agreement(name: str, size: int, spp: int) -> str:
     job = RenderJob(scene, seed=1, variant="cuda", component_errors=True)
     there = render_chunks(trace_chunks(job), job).dataset
     with (
-        mock.patch("fluorspar.paths.render.sweeps_on_gpu", lambda variant: False),
-        mock.patch("fluorspar.paths.chunks.sweeps_on_gpu", lambda variant: False),
+        mock.patch("fluorspar.paths.render.sweeps_on_gpu", return_value=False),
+        mock.patch("fluorspar.paths.chunks.sweeps_on_gpu", return_value=False),
         warnings.catch_warnings(),
     ):
         warnings.simplefilter("ignore", FluorsparWarning)

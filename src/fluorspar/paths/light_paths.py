@@ -99,7 +99,8 @@ class LightPaths:
         where = f" in {self.chunks.path}" if isinstance(self.chunks, PathsInFile) else ""
         return (
             f"<LightPaths of '{self.job.scene.name}': {settings.width} x {settings.height} pixels, "
-            f"{settings.spp} samples, seed {self.job.seed}, variant {self.job.variant}{partly}; {self.nbytes / 2**20:.0f} MiB{where}, "
+            f"{settings.spp} samples, seed {self.job.seed}, "
+            f"variant {self.job.variant}{partly}; {self.nbytes / 2**20:.0f} MiB{where}, "
             f"{self.nbytes / (self.pixels * settings.spp):.0f} B a sample>"
         )
 

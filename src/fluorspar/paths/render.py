@@ -60,8 +60,12 @@ def render_chunks(
     with target, ThreadPoolExecutor(job.threads or usable_cores()) as pool:
         tables = tables_of(job)
         gpu = _gpu(job, tables)
+        on_cpu = job.variant == "cuda" and gpu is None
         try:
             for chunk in chunks:
+                if on_cpu and target.kept == 0:  # only now it is certain that the GPU traces
+                    text = f"light paths are traced on the GPU, but swept on the CPU: {why_not_on_gpu()}"
+                    warnings.warn(text, FluorsparWarning, stacklevel=4)
                 room = target.room(chunk.first_pixel, chunk.pixels)
                 sweep(chunk, tables, pool, *room, settings.spp, gpu)
                 target.keep(chunk.first_pixel, chunk.pixels)
@@ -84,9 +88,6 @@ def _gpu(job: RenderJob, tables: SpectralTables | LobeTables) -> SweepOnGpu | No
         from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
 
         return SweepOnGpu(tables, job.component_errors)
-    if job.variant == "cuda":
-        text = f"light paths are traced on the GPU, but swept on the CPU: {why_not_on_gpu()}"
-        warnings.warn(text, FluorsparWarning, stacklevel=4)
     return None
 
 

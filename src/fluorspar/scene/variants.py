@@ -110,7 +110,7 @@ def _set_variant(name: str) -> None:
 
 @cache
 def fastest_variant() -> str:
-    """Name what light paths are traced on fastest here: `"cuda"` where there are a GPU's driver and OptiX, else `"llvm"`.
+    """Name what traces fastest here: `"cuda"` where there are a GPU's driver and OptiX, else `"llvm"`.
 
     Examples
     --------

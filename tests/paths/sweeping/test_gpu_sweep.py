@@ -12,7 +12,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import astuple
 from pathlib import Path
@@ -27,7 +26,7 @@ from fluorspar import load_scene
 from fluorspar.image.pixels import Pixels
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import trace_chunks
-from fluorspar.paths.log import BLOCK, Chunk
+from fluorspar.paths.log import Chunk
 from fluorspar.paths.render import tables_of
 from fluorspar.paths.sweeping.gpu import why_not_on_gpu
 from fluorspar.paths.sweeping.spectral_tables import spectral_tables
@@ -110,8 +109,9 @@ def test_several_lanes_a_pixel_and_fewer_bands_than_computed() -> None:
 
 @needs_gpu
 def test_more_rows_and_longer_paths_than_there_is_room_for() -> None:
-    from fluorspar.bispectral.donaldson import DonaldsonMatrix
     from test_sweep import GRID
+
+    from fluorspar.bispectral.donaldson import DonaldsonMatrix
 
     rng = np.random.default_rng(4)
     materials = [DonaldsonMatrix(GRID, rng.uniform(0.1, 0.9, N)) for _ in range(12)]

@@ -13,8 +13,8 @@ from numba import cuda
 from fluorspar.paths.log import BLOCK, END
 from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, Tally
 from fluorspar.paths.sweeping.camera_vertex import Pixel
-from fluorspar.paths.sweeping.kernel import Scratch, sweep_pixel
 from fluorspar.paths.sweeping.kept_code import fingerprint_of_folder, keep_gpu_code
+from fluorspar.paths.sweeping.kernel import Scratch, sweep_pixel
 from fluorspar.paths.sweeping.propagate import Path
 from fluorspar.paths.sweeping.warp import (
     ALL,
@@ -35,7 +35,7 @@ _FLOAT = numba.float32
 
 
 @cuda.jit(device=True, inline="always")
-def _ahead(log: Any, slot: int, entry: int, by: int) -> Any:
+def _ahead(log: Any, slot: Any, entry: Any, by: int) -> Any:
     """Slot and entry that is `by` entries on in what a lane has recorded, slot -1 where that is beyond its end."""
     entry += by
     while slot >= 0 and entry >= log.strips[slot // BLOCK, 1]:

@@ -41,7 +41,7 @@ class _Checked(CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class _Announced:
-    """A cache of Numba's whose faults are warnings. Numba itself ends a call with whatever reading or writing raised."""
+    """A cache of Numba's whose faults are warnings. Numba itself ends a call with what reading or writing raised."""
 
     what: str
     cache_path: str

@@ -1,7 +1,7 @@
 """What makes code of the CPU's sweep run on a GPU: the 32 threads of a warp share the bands of one pixel.
 
-Thread l keeps neighbouring bands, l x K to (l + 1) x K, and runs the functions that a CPU runs for all of them. Only what
-looks at the bands of others is another function here: luminescence, which sums over the bands below.
+Thread l keeps neighbouring bands, l x K to (l + 1) x K, and runs the functions that a CPU runs for all of them. Only
+what looks at the bands of others is another function here: luminescence, which sums over the bands below.
 Bands lie as [K][32], so that the threads read what lies side by side.
 """
 
@@ -104,7 +104,7 @@ class LaneTables(NamedTuple):
 
 def tables_for_warps(tables: SpectralTables) -> SpectralTables:
     """Lay the spectra out for warps."""
-    spectra = {
+    spectra: dict[str, Any] = {
         name: lay_out(getattr(tables, name), tables.bands)
         for name in ("lights", "reflectance", "alpha", "beta", "matrices", "glow")
     }
