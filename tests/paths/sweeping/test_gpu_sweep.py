@@ -127,6 +127,13 @@ def test_more_rows_and_longer_paths_than_there_is_room_for() -> None:
 
 
 @needs_gpu
+def test_results_that_take_too_much_memory_come_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fluorspar.paths.sweeping.cuda_sweep._MOST", 15 * 4 * N * 2)  # two pixels
+    chunk = Paths(5, 1, lights=1, rows=5, longest=3).chunk()
+    assert_equal(both(chunk, spectral_tables(make_materials(), lamps(1)), N))
+
+
+@needs_gpu
 def test_a_single_sample_has_no_error() -> None:
     chunk = Paths(3, 1, lights=1, rows=5, longest=3).chunk()
     _, gpu = both(chunk, spectral_tables(make_materials(), lamps(1)), N)

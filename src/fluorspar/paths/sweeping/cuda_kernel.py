@@ -162,14 +162,14 @@ def _clear(room: Any, warp: int, lane: int) -> None:
 def compiled_for_warps(each: int, one_light: bool, component_errors: bool) -> Callable[..., None]:
     """Compile the sweep for a number of bands of each thread; compiled code is kept on disk.
 
-    The kernel takes the pixels of a chunk, its samples, lanes per pixel and batches, the log (see `Log`, its entries
-    flat), tables of `tables_for_warps`, a `Room`, an `Output`, and an array of one number, which becomes 1 if the room
-    was not enough. A block is of 32 x n threads.
+    The kernel takes a range of pixels of a chunk, its samples, lanes per pixel and batches, the log (see `Log`, its
+    entries flat), tables of `tables_for_warps`, a `Room`, an `Output` for that range, and an array of one number, which
+    becomes 1 if the room was not enough. A block is of 32 x n threads.
     """
     version = fingerprint_of_folder()
 
     @cuda.jit(**LIMITS)
-    def kernel(pixels, spp, parts, batches, log, tables, room, out, short):  # type: ignore[no-untyped-def]
+    def kernel(first, stop, spp, parts, batches, log, tables, room, out, short):  # type: ignore[no-untyped-def]
         _ = version  # a captured value is part of the key under which Numba keeps compiled code
         lane = cuda.threadIdx.x
         warp = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
@@ -207,13 +207,13 @@ def compiled_for_warps(each: int, one_light: bool, component_errors: bool) -> Ca
         y = cuda.local.array((COMPONENT_COUNT, each), _FLOAT)
         scratch = Scratch(path, pixel, tally, y, cuda.local.array(each, _FLOAT))
         _clear(room, warp, lane)
-        for p in range(warp, pixels, cuda.gridDim.x * cuda.blockDim.y):
+        for p in range(first + warp, stop, cuda.gridDim.x * cuda.blockDim.y):
             if not _sweep_pixel(
                 p, spp, parts, batches, log, mine, scratch, one_light, component_errors, each
             ):
                 short[0] = 1
                 break
-            store_of_lane(p, y, tally, spp, batches, mine, component_errors, out, each)
+            store_of_lane(p - first, y, tally, spp, batches, mine, component_errors, out, each)
 
     keep_gpu_code(kernel, f"the sweep on a GPU of {each} x {WARP} bands")
     return kernel  # type: ignore[no-any-return]

@@ -127,7 +127,7 @@ def compiled_for_warps_and_lobes(each: int, component_errors: bool) -> Callable[
     version = fingerprint_of_folder()
 
     @cuda.jit(**LIMITS)
-    def kernel(pixels, spp, parts, batches, log, tables, room, out, short):  # type: ignore[no-untyped-def]
+    def kernel(first, stop, spp, parts, batches, log, tables, room, out, short):  # type: ignore[no-untyped-def]
         _ = version
         lane = cuda.threadIdx.x
         warp = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
@@ -173,11 +173,11 @@ def compiled_for_warps_and_lobes(each: int, component_errors: bool) -> Callable[
                 path.lights[k, 0] = 0
                 path.lights[k, 1] = 0
         together()
-        for p in range(warp, pixels, cuda.gridDim.x * cuda.blockDim.y):
+        for p in range(first + warp, stop, cuda.gridDim.x * cuda.blockDim.y):
             if not _sweep_pixel(p, spp, parts, batches, log, mine, scratch, component_errors, each):
                 short[0] = 1
                 break
-            store_of_lane(p, sums, tally, spp, batches, mine.spectra, component_errors, out, each)
+            store_of_lane(p - first, sums, tally, spp, batches, mine.spectra, component_errors, out, each)
 
     keep_gpu_code(kernel, f"the sweep on a GPU of {each} x {WARP} bands and lobes")
     return kernel  # type: ignore[no-any-return]

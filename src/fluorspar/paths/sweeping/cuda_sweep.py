@@ -29,7 +29,7 @@ __all__ = ["SweepOnGpu"]
 _WARPS = 4  # of a block
 _BLOCKS = 8  # of a processor, more than it runs at a time
 _ROOM = 8  # material rows of a pixel that there is room for at first
-_MOST = 1 << 29  # bytes that all warps together may work in
+_MOST = 1 << 29  # bytes that all warps together may work in, and that results may take
 
 
 class SweepOnGpu:
@@ -70,32 +70,41 @@ class SweepOnGpu:
         at : int
             Pixel of `out` that the first one becomes.
         """
-        if self._shape != (pixels, out.radiance.shape[2]):
-            self._allocate_output(pixels, out.radiance.shape[2])
+        bands = out.radiance.shape[2]
+        each = max(1, min(pixels, _MOST // (out.radiance.itemsize * bands * (2 * COMPONENT_COUNT + 1))))
+        if self._shape != (each, bands):
+            self._allocate_output(each, bands)
         there = to_gpu(log)
         if self._lobes:
             kernel: Any = compiled_for_warps_and_lobes(self._each, self._component_errors)
         else:
             kernel = compiled_for_warps(self._each, len(log.direct_light) == 0, self._component_errors)
+        places = [out.radiance, out.standard_error[np.newaxis], out.component_standard_error]
+        for first in range(0, pixels, each):
+            stop = min(first + each, pixels)
+            self._launch(kernel, first, stop, counts, there)
+            for values, staged, place in zip(self._output, self._staged, places, strict=True):
+                if place is not None:
+                    copy_back(values, staged)
+                    layers = staged.reshape(-1, each, bands)[:, : stop - first]
+                    list(pool.map(np.copyto, place[:, at + first : at + stop], layers))
+
+    def _launch(self, kernel: Any, first: int, stop: int, counts: tuple[int, int, int], log: Any) -> None:
+        """Sweep a range of pixels, again with twice the room if a pixel sees more rows, or a path is longer."""
         short = np.ones(1, dtype=np.int32)
         while short[0]:
             if self._scratch is None:
                 self._allocate_scratch(len(log.row) // len(log.sampled))
             there_short = to_gpu(np.zeros(1, dtype=np.int32))
-            blocks = min(self._warps // _WARPS, -(-pixels // _WARPS))
+            blocks = min(self._warps // _WARPS, -(-(stop - first) // _WARPS))
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", NumbaPerformanceWarning)  # few pixels leave some of it idle
                 kernel[blocks, (WARP, _WARPS)](
-                    pixels, *counts, there, self._tables, self._scratch, self._output, there_short
+                    first, stop, *counts, log, self._tables, self._scratch, self._output, there_short
                 )
             copy_back(there_short, short)
-            if short[0]:  # a pixel sees more rows, or a path is longer
+            if short[0]:
                 self._room, self._scratch = 2 * self._room, None
-        places = [out.radiance, out.standard_error[np.newaxis], out.component_standard_error]
-        for values, staged, place in zip(self._output, self._staged, places, strict=True):
-            if place is not None:
-                copy_back(values, staged)
-                list(pool.map(np.copyto, place[:, at : at + pixels], staged.reshape(-1, *staged.shape[-2:])))
 
     def _allocate_output(self, pixels: int, bands: int) -> None:
         errors = pixels if self._component_errors else 0
