@@ -7,12 +7,18 @@ its finite number of emitters: it is the error left when the noise, known from t
 out.
 
     python benchmarks/equal_error.py [SCENE] [--size 64] [--spp 64] [--emitters 8]
+
+Or time for the one-pass method to reach the same error in a hall of many lamps and in one of one lamp:
+
+    python benchmarks/equal_error.py --lamps 200 [--size 64] [--spp 256]
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -20,15 +26,56 @@ import fluorspar
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.rendering import render
 from fluorspar.scene.loading import load_scene
+from fluorspar.scene.scene import Scene
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.options import StagedOptions
 from fluorspar.staged.timings import timing_table
+from lamp_hall import write_hall
 
 
 def single(image: SpectralImage) -> np.ndarray:
     """Total of components 0 to 5, (pixels, N)."""
     values = image.total(single_bounce=True).values.astype(float)
     return values.reshape(-1, values.shape[-1])
+
+
+def lamps(count: int, size: int, spp: int) -> None:
+    """Print noise and time of halls of matte and of general surfaces, with one lamp and with many.
+
+    Many lamps also with the probabilities that Mitsuba gives them, all alike.
+    """
+    # The module is imported with a variant set, so not before a scene was rendered.
+    fluorspar.render("furnace", size=(8, 8), spp=1)
+    from fluorspar.paths.tracing import light_choice
+
+    few = light_choice._FEW
+    with tempfile.TemporaryDirectory() as folder:
+        for general in (False, True):
+            for number, even in ((1, False), (count, False), (count, True)):
+                light_choice._FEW = 10 * number if even else few
+                file = write_hall(Path(folder, f"{general}-{number}.xml"), number, general=general)
+                scene = load_scene(file).with_settings(width=size, height=size, spp=spp)
+                variance, seconds = noise(scene)
+                surfaces, choice = ("general" if general else "matte"), "evenly" if even else "by place"
+                print(
+                    f"{surfaces:8} {number:4} lamps {choice:9} {seconds:7.2f} s   variance of a sample "
+                    f"{variance:8.3f} of the squared mean   {variance * seconds / spp / size**2 * 1e6:8.2f} us"
+                )
+
+
+def noise(scene: Scene, images: int = 8) -> tuple[float, float]:
+    """Mean variance of a sample of a pixel without lamps in it, over the squared mean; seconds for an image."""
+    grid = Wavelengths(400, 700, 100)
+    fluorspar.render(scene, spp=1, wavelengths=grid)  # compiles
+    values, seconds = [], []
+    for seed in range(images):
+        began = time.perf_counter()
+        image = fluorspar.render(scene, wavelengths=grid, seed=seed)
+        seconds.append(time.perf_counter() - began)
+        values.append(image.total().values[..., 0].astype(float))
+    dark = image.component("source").values[..., 0] == 0
+    variance = np.var(values, axis=0, ddof=1)[dark].mean() * scene.settings.spp
+    return float(variance / np.mean(values, axis=0)[dark].mean() ** 2), min(seconds)
 
 
 def main() -> None:
@@ -39,7 +86,11 @@ def main() -> None:
     parser.add_argument("--reference", type=int, default=8192)
     parser.add_argument("--emitters", type=int, default=8)
     parser.add_argument("--wavelengths", default="360:700:5")
+    parser.add_argument("--lamps", type=int, help="of a hall")
     args = parser.parse_args()
+    if args.lamps:
+        lamps(args.lamps, args.size, args.spp)
+        return
     scene = load_scene(args.scene).with_settings(width=args.size, height=args.size, spp=args.spp)
     grid = Wavelengths.parse(args.wavelengths)
     reference = fluorspar.render(scene, spp=args.reference, wavelengths=grid, seed=99)

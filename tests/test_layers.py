@@ -25,6 +25,7 @@ LAYERS = [
     "bispectral",
     "image",
     "scene",
+    "until",
     "job",
     "paths",
     "staged",

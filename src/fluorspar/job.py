@@ -17,11 +17,13 @@ from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.stated import METHODS
 from fluorspar.scene.loading import load_scene
+from fluorspar.scene.sample_sets import error_freedom
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import TRACE_VARIANTS, fastest_variant
 from fluorspar.spectral.light import light_on
 from fluorspar.spectral.wavelengths import Wavelengths
+from fluorspar.until import Until
 from fluorspar.version import __version__
 
 __all__ = ["RenderJob", "read_grid"]
@@ -59,6 +61,10 @@ class RenderJob:
         Options of the method: only the staged one has any.
     relit : mapping
         What was changed in the scene since its light paths were traced, in words.
+    until : Until, optional
+        Render passes until the image is that good, see `fluorspar.paths.passes`.
+    stream : int
+        Which of the streams of random numbers of the seed: 0, or the number of a later pass.
 
     Raises
     ------
@@ -83,7 +89,8 @@ class RenderJob:
     threads: int | None = None
     options: Any = None
     relit: Mapping[str, Any] = field(default_factory=dict)
-    _asked: Scene | None = field(default=None, repr=False, compare=False)
+    until: Until | None = None
+    stream: int = 0
 
     def __post_init__(self) -> None:
         _one_of("method", self.method, METHODS)
@@ -97,6 +104,11 @@ class RenderJob:
             got = "component_errors" if self.component_errors else f"variant={self.variant!r}"
             raise OptionError(
                 message("the staged method has no such option", got=got, expected="method='paths' with it")
+            )
+        if self.method == "staged" and self.until is not None:
+            fix = "use method 'paths', or render as many samples as it takes (--spp)"
+            raise OptionError(
+                message("the staged method renders no passes", got=f"until {self.until}", fix=fix)
             )
         if self.method == "staged" and self.scene.lobes is not None:
             raise OptionError(
@@ -129,11 +141,6 @@ class RenderJob:
                         expected=f"1 or more, at most {MOST_THREADS}",
                     )
                 )
-        # The staged method has a sampler of its own. A copy of a job asks its scene no more, so that light paths
-        # give their images also where the scene's files are not.
-        if self.method == "paths" and self.scene is not self._asked:
-            object.__setattr__(self, "scene", self.scene.with_whole_samples())
-            object.__setattr__(self, "_asked", self.scene)
 
     @classmethod
     def of(
@@ -183,6 +190,11 @@ class RenderJob:
         return [light_on(light.spectrum, self.computed_grid) for light in self.scene.lights]
 
     @property
+    def seed_of_stream(self) -> int:
+        """The seed itself, or for another stream of random numbers one that is beyond all seeds."""
+        return self.seed + self.stream * 2 * (LARGEST_SEED + 1)
+
+    @property
     def attrs(self) -> dict[str, Any]:
         """What the image says about how it was made."""
         settings, computed = self.scene.settings, self.computed_grid
@@ -191,6 +203,7 @@ class RenderJob:
             "method": self.method,
             "variant": self.variant,
             "spp": settings.spp,
+            "error_freedom": error_freedom(settings) if self.method == "paths" else None,
             "seed": self.seed,
             "max_depth": settings.max_depth,
             "rr_depth": settings.rr_depth,

@@ -19,6 +19,7 @@ from fluorspar.job import RenderJob
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.scene import Scene
 from fluorspar.spectral.wavelengths import Wavelengths
+from fluorspar.until import Until
 
 if TYPE_CHECKING:
     from fluorspar.paths.light_paths import LightPaths
@@ -42,6 +43,8 @@ def render(
     stokes: Stokes = "half",
     excitation: str = "full",
     component_errors: bool = False,
+    until: str | None = None,
+    max_time: str | float | None = None,
     variant: str = "auto",
     threads: int | None = None,
     output: str | os.PathLike[str] | None = None,
@@ -79,6 +82,13 @@ def render(
         excite, as in the paper.
     component_errors : bool
         Estimate the standard error of each component too, not only of the total.
+    until : str, optional
+        Render passes of `spp` samples or more until the relative standard error of luminance of a pixel is so small:
+        `"error=1%"` on average over the pixels that show light, `"p95=2%"` at their 95th percentile; also as a
+        fraction, `"error=0.01"`. The first pass is the image without this option. Attribute `until` says what was
+        reached, see `fluorspar.paths.passes`.
+    max_time : str or float, optional
+        With `until`: begin no pass that would end after this time, but one: `"90s"`, `"10m"`, `"1.5h"`, or seconds.
     variant : str
         `"llvm"` for the processor, `"cuda"` for an NVIDIA GPU, or `"auto"`: the GPU if it starts, else the processor;
         the attribute `variant` says which. They trace different paths from one seed.
@@ -100,7 +110,7 @@ def render(
     SpectralImage
         `radiance(component, y, x, wavelength)`, W m-2 sr-1 nm-1, and its `standard_error`. If the user
         interrupts (Ctrl-C), what is finished is kept, the rest is NaN, and attribute `partial` is 1; of the staged
-        method, whole repeats are kept.
+        method, whole repeats are kept, and with `until` whole passes.
 
     Raises
     ------
@@ -135,6 +145,7 @@ def render(
         stokes=stokes,
         excitation=excitation,
         component_errors=component_errors,
+        until=Until.parse(until, max_time),
         variant=variant,
         threads=threads,
         options=staged,
@@ -167,6 +178,10 @@ def render_job(
                 expected="method='staged'",
             )
         )
+    if job.until is not None:
+        from fluorspar.paths.passes import render_passes
+
+        return render_passes(job, job.until, output=output, progress=shown(progress))
     if job.method == "paths":
         from fluorspar.paths.chunks import trace_chunks
         from fluorspar.paths.render import render_chunks

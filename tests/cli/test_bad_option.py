@@ -27,6 +27,17 @@ GRID = "expected: START:STOP:STEP in nm"
         (("--method", "magic"), ("there is no such method", "got: 'magic'", "expected: one of paths")),
         (("--variant", "opencl"), ("there is no such variant", "got: 'opencl'", "one of llvm, cuda")),
         (("--stokes", "quarter"), ("no such Stokes rule", "got:", "quarter", "expected:", "half", "strict")),
+        (
+            ("--until", "1%"),
+            ("target of the render is not readable", "got: '1%'", "expected: error=FRACTION"),
+        ),
+        (("--until", "error=0"), ("target of the render is not readable", "got: 'error=0'", "above 0")),
+        (
+            ("--until", "p95=2%", "--max-time", "soon"),
+            ("longest time", "got: 'soon'", "expected: a time above 0"),
+        ),
+        (("--max-time", "10m"), ("time is given without a target", "got: 10m", "fix:", "--until error=1%")),
+        (("--until", "error=1%", "--method", "staged"), ("staged method renders no passes", "fix:", "--spp")),
         (("--material", "ball"), ("not readable", "where: --material", "got: ball", "expected: KEY=VALUE")),
         (("--material", "=gray-45"), ("not readable", "where: --material", "got: =gray-45", "KEY=VALUE")),
         (("-D", "radius"), ("not readable", "where: -D", "got: radius", "expected: KEY=VALUE")),

@@ -60,6 +60,19 @@ class TestInTheMiddle:
         assert Path(name).read_bytes() != OLD
 
 
+def test_in_a_later_pass(fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With --until the passes that are finished are written, whole."""
+    stop_at(64 * 9, monkeypatch)  # of 64 pixels, after passes of 4 and 4 samples
+    done = fluorspar.render(GOOD, "--until", "error=0.1%")
+    assert done.code == 130
+    assert done.says("not reached (8 samples per pixel", "only finished passes are kept")
+    for name in ("old.nc", "old.exr"):
+        with SpectralImage.open(name) as image:
+            assert "partial" not in image.attrs
+            assert (image.attrs["spp"], image.attrs["until"]["passes"]) == (8, [4, 4])
+            assert np.isfinite(image.dataset.radiance.values).all()
+
+
 def test_before_anything_is_rendered(fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fluorspar import load_scene
-from fluorspar.errors import FluorsparWarning
+from fluorspar.errors import FluorsparWarning, RendererError
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import trace_chunks
 from fluorspar.paths.log import BLOCK, ENTRIES, flat
@@ -78,3 +78,18 @@ def test_what_cannot_be_swept_on_the_gpu_is_swept_on_the_processor_and_said(
     with pytest.warns(FluorsparWarning, match="swept on the CPU: package x is missing"):
         image = render_chunks(trace_chunks(mine), replace(mine, variant="cuda"))
     assert np.array_equal(image.dataset.radiance, expected.dataset.radiance)
+
+
+@pytest.mark.parametrize(
+    "fault", ["jit_malloc(): out of memory! Could not allocate 9 bytes", "something else"]
+)
+def test_too_little_memory_of_the_gpu_is_said(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def start(*_: Any) -> None:
+        raise RuntimeError(fault)
+
+    monkeypatch.setattr(f"{TRACER}.Tracer.start", start)
+    monkeypatch.setattr("fluorspar.paths.chunks.variant_of", lambda job: TRACE_VARIANTS["llvm"])
+    mine = replace(job("cornell-box"), variant="cuda")
+    known = "out of memory" in fault
+    with pytest.raises(RendererError if known else RuntimeError, match="variant 'llvm'" if known else fault):
+        list(trace_chunks(mine))

@@ -165,15 +165,15 @@ class TestPixels:
     def test_reading_order_whatever_the_chunks(
         self, chunk: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """y = 0 is the top row, x goes to the right; chunks of 1, 3, 7 or all pixels; 20 lights, each its
+        """y = 0 is the top row, x goes to the right; chunks of up to 1, 3, 7 or all pixels; 20 lights, each its
         own row."""
         monkeypatch.setitem(CHUNK, "llvm", chunk)
         calls: list[tuple[int, int]] = []
         image = render(self.checks(tmp_path), wavelengths=GRID, progress=lambda *done: calls.append(done))
         expected = np.arange(1, 21, dtype=np.float32).reshape(4, 5)
         assert np.array_equal(image.total().values, np.broadcast_to(expected[..., None], (4, 5, len(GRID))))
-        pixels = max(1, chunk // 8)
-        assert calls == [(min(20, n), 20) for n in range(pixels, 20 + pixels, pixels)]
+        runs = -(-20 // max(1, chunk // 8))
+        assert calls == [(20 * n // runs, 20) for n in range(1, runs + 1)]
 
     def test_more_samples_than_a_chunk_holds(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(CHUNK, "llvm", 4)
@@ -199,16 +199,12 @@ class TestPixels:
 class TestLanes:
     """Lanes trace sample after sample, in strips of a height that must not matter."""
 
-    @pytest.mark.parametrize(
-        "sampler", ["independent", "stratified", "multijitter", "orthogonal", "ldsampler"]
-    )
+    @pytest.mark.parametrize("spp", [1, 2, 16, 25, 100])
     @pytest.mark.parametrize("room", [0.2, 1.0, 3.0])
     def test_the_height_of_strips_does_not_matter(
-        self, room: float, sampler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, room: float, spp: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        furnace(tmp_path, spp=25 if sampler == "orthogonal" else 16)
-        xml = (tmp_path / "scene.xml").read_text()
-        (tmp_path / "scene.xml").write_text(xml.replace('"independent"', f'"{sampler}"'))
+        furnace(tmp_path, spp=spp)
         scene = load_scene(tmp_path / "scene.xml", materials={"cavity": DYE})
         whole = render(scene, wavelengths=GRID)
         tracer = "fluorspar.paths.tracing.tracer."
@@ -216,19 +212,20 @@ class TestLanes:
         monkeypatch.setattr(tracer + "_MOST_ROOM", room)
         assert np.array_equal(whole.total().values, render(scene, wavelengths=GRID).total().values)
 
-    def test_samplers_spread_the_rays_of_a_pixel(self, tmp_path: Path) -> None:
-        """A black and white edge through the middle of a pixel: 16 stratified samples see 8 of each, exactly."""
+    @pytest.mark.parametrize("spp", [16, 64])
+    def test_the_rays_of_a_pixel_are_spread(self, spp: int, tmp_path: Path) -> None:
+        """A black and white edge through the middle of a pixel: half of the samples see it, exactly."""
         (tmp_path / "scene.xml").write_text(
             """<scene version="3.0.0"> <sensor type="orthographic"> <transform name="to_world">
             <lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/> </transform> <film type="hdrfilm">
             <integer name="width" value="1"/> <integer name="height" value="1"/> <rfilter type="box"/> </film>
-            <sampler type="stratified"> <integer name="sample_count" value="16"/> </sampler> </sensor>
+            <sampler type="independent"/> </sensor>
             <shape type="rectangle"> <transform name="to_world"> <translate x="1"/> </transform>
             <emitter type="area"> <spectrum name="radiance" value="1"/> </emitter> </shape> </scene>"""
         )
         for seed in range(5):
-            image = render(tmp_path / "scene.xml", wavelengths=GRID, seed=seed)
-            assert (image.total().values == 0.5).all()
+            image = render(tmp_path / "scene.xml", wavelengths=GRID, seed=seed, spp=spp, size=(5, 5))
+            assert (image.total().values[:, 2] == 0.5).all()
 
 
 class TestLightPaths:
@@ -239,7 +236,7 @@ class TestLightPaths:
         options: dict[str, Any] = {"spp": 20, "seed": 4, "wavelengths": GRID}
         calls: list[tuple[int, int]] = []
         paths = trace(furnace(tmp_path), **options, progress=lambda *done: calls.append(done))
-        assert [done for done, _ in calls] == [*range(8, 63, 8), 63]
+        assert [done for done, _ in calls] == [63 * n // 8 for n in range(1, 9)]
         image = paths.image(component_errors=True)
         expected = render(furnace(tmp_path), **options, component_errors=True)
         for name in ("radiance", "standard_error", "component_standard_error"):
@@ -318,7 +315,7 @@ class TestErrors:
             .values.mean()
             for n in (64, 1024)
         )
-        assert few / many == pytest.approx(4, rel=0.1)
+        assert 4 < few / many < 4**1.5, "faster than that of independent samples"
 
     def test_one_sample(self, tmp_path: Path) -> None:
         image = render(furnace(tmp_path), spp=1, wavelengths=GRID)
@@ -375,23 +372,23 @@ class TestInterrupted:
     def check(self, image: SpectralImage) -> None:
         assert image.dataset.attrs["partial"] == 1
         total = image.total().values.reshape(63, -1)
-        assert np.isfinite(total[:30]).all()
-        assert np.isnan(total[30:]).all()
+        assert np.isfinite(total[:36]).all()
+        assert np.isnan(total[36:]).all()
         error = image.standard_error().values.reshape(63, -1)
-        assert np.isfinite(error[:30]).all()
-        assert np.isnan(error[30:]).all()
+        assert np.isfinite(error[:36]).all()
+        assert np.isnan(error[36:]).all()
 
     def test_in_memory(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(CHUNK, "llvm", 16 * 10)
         whole = render(furnace(tmp_path), wavelengths=GRID, seed=3).total().values
-        with pytest.warns(FluorsparWarning, match="30 of 63 pixels"):
+        with pytest.warns(FluorsparWarning, match="36 of 63 pixels"):
             image = render(furnace(tmp_path), wavelengths=GRID, seed=3, progress=self.stop)
         self.check(image)
-        assert np.array_equal(image.total().values.reshape(63, -1)[:30], whole.reshape(63, -1)[:30])
+        assert np.array_equal(image.total().values.reshape(63, -1)[:36], whole.reshape(63, -1)[:36])
 
     def test_streamed(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(CHUNK, "llvm", 16 * 10)
-        with pytest.warns(FluorsparWarning, match="30 of 63 pixels"):
+        with pytest.warns(FluorsparWarning, match="36 of 63 pixels"):
             render(furnace(tmp_path), wavelengths=GRID, progress=self.stop, output=tmp_path / "a.nc").close()
         with SpectralImage.open(tmp_path / "a.nc") as image:
             self.check(image)

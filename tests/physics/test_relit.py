@@ -4,9 +4,9 @@ Rationale
     A traced path holds no spectrum. Its directions do not depend on the materials, and the chances of Russian roulette
     do, but they are part of the record; so exchanged spectra must give an unbiased image, with honest errors.
 Expected
-    Lights: the image that `render` makes of the changed scene with the same seed, bit for bit, since lights have no
-    part in roulette. Materials: images of independent seeds, z-scores of pixels N(0, 1): with n pixels their mean
-    within 3.5 / sqrt(n), their standard deviation within 3.5 / sqrt(2 n) of 1.
+    Lights: the image that `render` makes of the changed scene with the same seed, bit for bit, since so few
+    have no part in the choice of paths. Materials: images of independent seeds, z-scores of pixels N(0, 1): with n
+    pixels their mean within 3.5 / sqrt(n), their standard deviation within 3.5 / sqrt(2 n) of 1.
 Result
     Lights equal; z-scores -0.03 +- 0.03 and 1.007 (box), 0.00 and 1.002 (still life).
 """

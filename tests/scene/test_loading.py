@@ -373,25 +373,14 @@ class TestCameras:
         with pytest.raises(OptionError, match="crop window"):
             render(scene, size=(12, 8), wavelengths=GRID)
 
-    @pytest.mark.parametrize(
-        ("sampler", "asked", "taken"),
-        [
-            ("stratified", 10, 16),
-            ("multijitter", 10, 12),
-            ("orthogonal", 20, 25),
-            ("ldsampler", 10, 16),
-            ("stratified", 16, 16),
-        ],
-    )
-    def test_any_sampler(self, sampler: str, asked: int, taken: int, tmp_path: Path) -> None:
-        """Samplers that need a square or a power of two take more samples, and say so."""
+    @pytest.mark.parametrize("sampler", ["stratified", "multijitter", "orthogonal", "ldsampler"])
+    def test_samplers_do_not_matter(self, sampler: str, tmp_path: Path) -> None:
+        """As many samples are taken as are asked for, and spread as always."""
         scene = load_scene(write(tmp_path, SENSOR.replace('"independent"', f'"{sampler}"'), SKY, BALL))
-        if asked == taken:
-            image = render(scene, spp=asked, wavelengths=GRID)
-        else:
-            with pytest.warns(SceneNotice, match=f"'{sampler}' takes {taken} samples instead of {asked}"):
-                image = render(scene, spp=asked, wavelengths=GRID)
-        assert image.attrs["spp"] == taken
+        image = render(scene, spp=10, wavelengths=GRID)
+        expected = render(load_scene(write(tmp_path, SENSOR, SKY, BALL)), spp=10, wavelengths=GRID)
+        assert image.attrs["spp"] == 10
+        assert np.array_equal(image.total(), expected.total())
         # a ball of reflectance 0.5 in light of radiance 1 shows 0.5, in front of 1
         ball = image.component("direct_reflection").values[..., 0]
         assert ball[3:5, 5:7].mean() == pytest.approx(0.5, abs=0.05)

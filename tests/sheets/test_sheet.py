@@ -89,7 +89,7 @@ class TestPoints:
         kept = fluorspar.load_paths(tmp_path / "box.paths")
         scene = kept.job.scene
         other = replace(scene, recipe=replace(scene.recipe, name="room.xml"))
-        renamed = LightPaths(replace(kept.job, scene=other, _asked=other), kept.chunks)
+        renamed = LightPaths(replace(kept.job, scene=other), kept.chunks)
         with pytest.raises(OptionError, match=r"(?s)scene is needed for positions.*room.xml"):
             sheet(renamed, lights=LIGHTS, points=spot)
         given = sheet(renamed, lights=LIGHTS, points=spot, scene="cornell-box")

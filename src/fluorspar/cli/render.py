@@ -48,6 +48,8 @@ _EXAMPLES = """Examples:
   fluorspar render cornell-box -o box.nc -o box.exr -o box.png
 
   fluorspar render room.xml --size 640x480 --spp 256 --wavelengths 300:780:5 --material left-wall=poster-red -o room.nc
+
+  fluorspar render room.xml --until error=1% --max-time 10m -o room.nc
 """
 
 
@@ -75,6 +77,20 @@ def render(
     sensor: SensorOption = None,
     stokes: StokesOption = "half",
     component_errors: ComponentErrorsOption = False,
+    until: Annotated[
+        str | None,
+        typer.Option(
+            metavar="error=1%|p95=2%",
+            help="Render passes of --spp samples or more until the relative standard error of luminance is so small: "
+            "on average over the pixels, or at their 95th percentile.",
+        ),
+    ] = None,
+    max_time: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME", help="With --until: begin no pass that would end later; 90s, 10m, 1.5h."
+        ),
+    ] = None,
     pictures: PicturesOption = None,
     variant: VariantOption = "auto",
     threads: ThreadsOption = None,
@@ -138,6 +154,8 @@ def render(
     loaded = scene_to_trace(
         scene, material=material, library=library, define=define, matte=matte, sensor=sensor, mesh=mesh
     )
+    if until is not None:
+        logging.getLogger("fluorspar.paths.passes").setLevel(logging.INFO)  # a line for each pass
     with console.progress_bar(f"rendering {scene}") as progress:
         image = render_scene(
             loaded,
@@ -151,6 +169,8 @@ def render(
             rr_depth=rr_depth,
             stokes=cast(Stokes, stokes),
             component_errors=component_errors,
+            until=until,
+            max_time=max_time,
             variant=variant,
             threads=threads,
             output=stream_target(output),
@@ -162,7 +182,7 @@ def render(
     _LOG.info("written")
     if timings:
         print_timings(image)
-    if image.attrs.get("partial"):
+    if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
 
 

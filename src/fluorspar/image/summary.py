@@ -101,6 +101,7 @@ def summarise(dataset: xr.Dataset) -> Summary:
         "samples": None
         if "spp" not in attrs
         else f"{attrs['spp']} per pixel, seed {attrs.get('seed', 'not known')}",
+        "until": _reached(attrs.get("until")),
         "quantity": None if is_radiance(attrs) else f"{quantity_of(attrs)}, unit {unit_of(attrs)}",
         "mean luminance": f"{sum(luminances.values()):.4g} {unit}" if finished else "not known",
     }
@@ -125,6 +126,18 @@ def summarise(dataset: xr.Dataset) -> Summary:
             (name, value if isinstance(value, str) else str(value)) for name, value in facts.items() if value
         ),
         luminances,
+    )
+
+
+def _reached(until: Any) -> str | None:
+    """What passes were rendered for, and what came of it, see `fluorspar.paths.passes`."""
+    if not isinstance(until, dict):
+        return None
+    errors = [until.get(name) for name in ("mean", "p95")]
+    reached = [f"{100 * error:.3g} %" for error in errors if isinstance(error, float | int)] or ["not known"]
+    return (
+        f"{until.get('target')}, {until.get('stopped')} after {len(until.get('passes', ()))} passes; "
+        f"standard error of {until.get('of')} per pixel {', 95th percentile '.join(reached)}"
     )
 
 

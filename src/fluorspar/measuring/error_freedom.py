@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.scene.sample_sets import batch_count
 
 __all__ = ["combined_freedom", "error_freedom"]
 
@@ -24,7 +25,8 @@ def error_freedom(image: SpectralImage) -> float:
     Returns
     -------
     float
-        Infinite, as if they were known, for an image that does not say.
+        Attribute `error_freedom`, or what follows from the number of samples. Infinite, as if they were known, for
+        an image that says neither.
 
     Examples
     --------
@@ -36,9 +38,9 @@ def error_freedom(image: SpectralImage) -> float:
     >>> error_freedom(SpectralImage.from_arrays(ones, Wavelengths(), attrs={"repeats": 4}))
     3.0
     """
-    from fluorspar.paths.sweeping.batches import batch_count
-
-    spp, repeats = image.attrs.get("spp"), image.attrs.get("repeats")
+    spp, repeats, stated = (image.attrs.get(name) for name in ("spp", "repeats", "error_freedom"))
+    if isinstance(stated, float) and stated > 0:
+        return stated
     if isinstance(repeats, int):
         samples = repeats
     elif image.attrs.get("method") == "paths" and isinstance(spp, int):

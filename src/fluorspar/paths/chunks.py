@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Generator
+from contextlib import nullcontext
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,16 +14,19 @@ from numpy.typing import NDArray
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
 from fluorspar.paths.numbering import numbered, rows_shown
-from fluorspar.paths.sweeping.gpu import sweeps_on_gpu
+from fluorspar.paths.sweeping.gpu import gpu_memory, sweeps_on_gpu
+from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
+from fluorspar.spectral.light import means_over_bands
 
-__all__ = ["CHUNK", "trace_chunks"]
+__all__ = ["CHUNK", "trace_chunks", "variant_of"]
 
-# Paths traced at a time; constants, because the random numbers of a pixel depend on them. A small chunk stays in a
-# processor's caches, a large one keeps a GPU busy: 2^21 instead of 2^19 halves the time of tracing on an H200. A path
-# has room for 10 to 16 entries of 16 bytes (24 with several lights, 72 with five terms a vertex), and two chunks are in
-# memory: at 2^21 up to 1, 1.5 and 4.5 GiB.
+# Paths traced at a time. The paths of a pixel are the same whatever this is, but standard errors are pooled within a
+# chunk, so it is constant. A small chunk stays in a processor's caches, a large one keeps a GPU busy: 2^21 instead of
+# 2^19 halves the time of tracing on an H200. A path has room for 10 to 16 entries of 16 bytes (24 with several lights,
+# 72 with five terms a vertex), and two chunks are in memory: at 2^21 up to 1, 1.5 and 4.5 GiB.
 CHUNK = {"llvm": 1 << 19, "cuda": 1 << 21}
+_TEXELS = 1000  # of a picture that is a light, to find its mean
 
 
 def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
@@ -45,9 +50,10 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
     settings = job.scene.settings
     pixels = settings.width * settings.height
     per_chunk = max(1, CHUNK[job.variant] // settings.spp)
-    runs = [(first, min(per_chunk, pixels - first)) for first in range(0, pixels, per_chunk)]
-    variants = TRACE_VARIANTS if job.scene.lobes is None else LOBE_VARIANTS
-    with use_variant(variants[job.variant]):
+    # Of equal length, because standard errors are pooled within them.
+    edges = np.linspace(0, pixels, -(-pixels // per_chunk) + 1).astype(int).tolist()
+    runs = [(first, stop - first) for first, stop in pairwise(edges)]
+    with use_variant(variant_of(job)), gpu_memory() if job.variant == "cuda" else nullcontext():
         threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
         try:
@@ -68,6 +74,11 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
             dr.set_thread_count(threads_before)
 
 
+def variant_of(job: RenderJob) -> str:
+    """The variant of Mitsuba that traces a job."""
+    return (TRACE_VARIANTS if job.scene.lobes is None else LOBE_VARIANTS)[job.variant]
+
+
 def _tracer(job: RenderJob, kept: bool) -> Any:
     """The tracer for the kind of the scene; the variant must be set."""
     scene, survival = job.scene, _survival(job)
@@ -81,11 +92,11 @@ def _tracer(job: RenderJob, kept: bool) -> Any:
         from fluorspar.paths.tracing.trace_scene import build_trace_scene
         from fluorspar.paths.tracing.tracer import Tracer
 
-        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed)
+        return Tracer(build_trace_scene(scene), scene.settings, survival, job.seed_of_stream, _power(job))
     from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
     from fluorspar.paths.tracing.lobe_tracer import LobeTracer
 
-    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed)
+    return LobeTracer(build_lobe_scene(scene), scene.settings, survival, job.seed_of_stream, _power(job))
 
 
 def _survival(job: RenderJob) -> NDArray[np.floating]:
@@ -103,3 +114,21 @@ def _survival(job: RenderJob) -> NDArray[np.floating]:
     if lobes is None or not len(lobes.colours):
         return of_rows
     return np.concatenate([of_rows, lobes.brightest], dtype=np.float32)
+
+
+def _power(job: RenderJob) -> NDArray[np.floating]:
+    """Mean of the spectrum of each light over the bands, and over the picture of one that varies.
+
+    Returns
+    -------
+    ndarray of shape (lights,)
+    """
+    grid, lights, lobes = job.computed_grid, job.scene.lights, job.scene.lobes
+    power = np.array([means_over_bands(light.spectrum, grid).mean() for light in lights])
+    if lobes is None:
+        return power
+    for row, (texture, first) in lobes.light_textures.items():
+        texels = lobes.textures[texture].width * lobes.textures[texture].height
+        colours = lobes.light_colours[first : first + texels : 1 + texels // _TEXELS, :3]
+        power[row] *= sigmoid(colours, grid.values).mean()
+    return power

@@ -151,8 +151,8 @@ class LightPaths:
         -------
         SpectralImage
             Without arguments the image of `fluorspar.render`, bit for bit. With other lights and materials unbiased:
-            roulette has followed the old ones, and its chances are part of the paths. Attribute `relit` says what was
-            changed.
+            roulette has followed the old ones, as have shadow rays among more than four lights, and their chances are
+            part of the paths. Attribute `relit` says what was changed.
 
         Raises
         ------
@@ -200,7 +200,6 @@ class LightPaths:
         job = replace(
             self.job,
             scene=scene,
-            _asked=scene,
             relit=said,
             grid=self.job.grid if wavelengths is None else read_grid(wavelengths),
             stokes=self.job.stokes if stokes is None else stokes,

@@ -268,7 +268,7 @@ def _job(file: Any) -> RenderJob:
         source={} if source is None else Path(source) if is_file else source, materials={}, **given
     )
     scene = Scene(recipe=recipe, _nodes=_NoNodes(recipe.name), **read["scene"])  # type: ignore[arg-type]
-    return RenderJob(scene, read["grid"], _asked=scene, **read["job"])
+    return RenderJob(scene, read["grid"], **read["job"])
 
 
 def _check_runs(chunks: PathsInFile, job: RenderJob) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from fluorspar.errors import FluorsparWarning
 from fluorspar.image.pixels import PixelsInFile, PixelsInMemory, Target
+from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
@@ -19,12 +20,13 @@ from fluorspar.paths.sweeping.lobe_kernel import LobeTables, lobe_tables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
 from fluorspar.paths.sweeping.sweep import sweep
 from fluorspar.progress import Progress
+from fluorspar.scene.sample_sets import sample_sets
 from fluorspar.scene.variants import usable_cores
 
 if TYPE_CHECKING:
     from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
 
-__all__ = ["render_chunks", "tables_of"]
+__all__ = ["fill", "keep_finished", "new_target", "render_chunks", "tables_of"]
 
 
 def render_chunks(
@@ -52,34 +54,62 @@ def render_chunks(
     SpectralImage
         Partial, with the rest NaN, if the user interrupted.
     """
-    settings, grid = job.scene.settings, job.grid
-    shape = (grid, settings.height, settings.width, job.component_errors)
-    target: Target = PixelsInMemory(*shape) if output is None else PixelsInFile(output, *shape)
     began = time.perf_counter()
-    pixels = settings.width * settings.height
-    with target, ThreadPoolExecutor(job.threads or usable_cores()) as pool:
-        tables = tables_of(job)
-        gpu = _gpu(job, tables)
-        on_cpu = job.variant == "cuda" and gpu is None
+    pixels = job.scene.settings.width * job.scene.settings.height
+    with new_target(job, output) as target:
         try:
-            for chunk in chunks:
-                if on_cpu and target.kept == 0:  # only now it is certain that the GPU traces
-                    text = f"light paths are traced on the GPU, but swept on the CPU: {why_not_on_gpu()}"
-                    warnings.warn(text, FluorsparWarning, stacklevel=4)
-                room = target.room(chunk.first_pixel, chunk.pixels)
-                sweep(chunk, tables, pool, *room, settings.spp, gpu)
-                target.keep(chunk.first_pixel, chunk.pixels)
-                del chunk  # its log goes before the next one comes
-                if progress:
-                    progress(target.kept, pixels)
+            fill(target, chunks, job, progress=progress)
         except KeyboardInterrupt:
-            if target.kept == 0:
-                raise  # nothing to keep, and an older file stays as it was
-            if target.kept < pixels:
-                text = f"interrupted: {target.kept} of {pixels} pixels are finished, the others are NaN"
-                warnings.warn(text, FluorsparWarning, stacklevel=4)
+            keep_finished(target, pixels)
         timings = {"render": round(time.perf_counter() - began, 3)}
         return target.image({**job.attrs, "timings": timings}, partial=target.kept < pixels)
+
+
+def new_target(job: RenderJob, output: str | os.PathLike[str] | None) -> Target:
+    """Where the pixels of a job go: into memory, or into a `.nc` file."""
+    settings = job.scene.settings
+    shape = (job.grid, settings.height, settings.width, job.component_errors)
+    return PixelsInMemory(*shape) if output is None else PixelsInFile(output, *shape)
+
+
+def fill(
+    target: Target,
+    chunks: Iterable[Chunk],
+    job: RenderJob,
+    *,
+    errors: RelativeErrors | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Sweep the light paths of a job into a target, and collect the relative errors of what is kept there."""
+    settings = job.scene.settings
+    with ThreadPoolExecutor(job.threads or usable_cores()) as pool:
+        tables = tables_of(job)
+        gpu = _gpu(job, tables)
+        untold = job.variant == "cuda" and gpu is None and job.stream == 0
+        row_length = settings.width if sample_sets(settings) == 2 else None
+        for chunk in chunks:
+            if untold:  # only now it is certain that the GPU traces
+                text = f"light paths are traced on the GPU, but swept on the CPU: {why_not_on_gpu()}"
+                warnings.warn(text, FluorsparWarning, stacklevel=5)
+                untold = False
+            first, count = chunk.first_pixel, chunk.pixels
+            room, at = target.room(first, count)
+            sweep(chunk, tables, pool, room, at, settings.spp, gpu, row_length=row_length)
+            del chunk  # its log goes before the next one comes
+            target.keep(first, count)
+            if errors is not None:
+                errors.add(first, room[at : at + count])
+            if progress:
+                progress(target.kept, settings.width * settings.height)
+
+
+def keep_finished(target: Target, pixels: int) -> None:
+    """After a Ctrl-C: say what is finished of the `pixels` of an image; interrupt if that is nothing."""
+    if target.kept == 0:
+        raise KeyboardInterrupt  # nothing to keep, and an older file stays as it was
+    if target.kept < pixels:
+        text = f"interrupted: {target.kept} of {pixels} pixels are finished, the others are NaN"
+        warnings.warn(text, FluorsparWarning, stacklevel=5)
 
 
 def _gpu(job: RenderJob, tables: SpectralTables | LobeTables) -> SweepOnGpu | None:

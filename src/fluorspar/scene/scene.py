@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.bispectral.material import Material
-from fluorspar.errors import FluorsparError, SceneNotice
+from fluorspar.errors import FluorsparError
 from fluorspar.notebook import facts_table
 from fluorspar.scene.kept_nodes import KeptNodes
 from fluorspar.scene.lights import Light
 from fluorspar.scene.lobes.lobe import Lobes
-from fluorspar.scene.nodes import build
 from fluorspar.scene.recipe import Recipe
-from fluorspar.scene.sensor import sampler_node
 from fluorspar.scene.settings import Settings
 from fluorspar.scene.surfaces import Surface
-from fluorspar.scene.variants import SPECTRUM_VARIANT, use_variant
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["Scene"]
@@ -190,27 +186,3 @@ class Scene:
         return replace(
             self, settings=replace(self.settings, **{k: v for k, v in changes.items() if v is not None})
         )
-
-    def with_whole_samples(self) -> Scene:
-        """Copy the scene with as many samples as its sampler can do: some need a square or a power of two.
-
-        Warns
-        -----
-        SceneNotice
-            If that is another number.
-        """
-        index = sampler_node(self.nodes)
-        if index is None or self.nodes.nodes[index].props.plugin_name() == "independent":
-            return self
-        with use_variant(SPECTRUM_VARIANT):
-            sampler = build(self.nodes, index)
-            sampler.set_sample_count(self.settings.spp)
-            spp = int(sampler.sample_count())
-        if spp != self.settings.spp:
-            plugin = self.nodes.nodes[index].props.plugin_name()
-            warnings.warn(
-                f"the sampler '{plugin}' takes {spp} samples instead of {self.settings.spp}",
-                SceneNotice,
-                stacklevel=3,
-            )
-        return self.with_settings(spp=spp)

@@ -23,14 +23,16 @@ from numba import config
 from test_sweep import N, Paths, lamps, make_materials
 
 from fluorspar import load_scene
+from fluorspar.errors import RendererError
 from fluorspar.image.pixels import Pixels
-from fluorspar.job import RenderJob
+from fluorspar.job import RenderJob, read_grid
 from fluorspar.paths.chunks import trace_chunks
 from fluorspar.paths.log import Chunk
-from fluorspar.paths.render import tables_of
+from fluorspar.paths.render import render_chunks, tables_of
 from fluorspar.paths.sweeping.gpu import why_not_on_gpu
 from fluorspar.paths.sweeping.spectral_tables import spectral_tables
 from fluorspar.paths.sweeping.sweep import sweep
+from fluorspar.scene.sample_sets import sample_sets
 
 SIMULATED = bool(config.ENABLE_CUDASIM)
 if SIMULATED:
@@ -128,7 +130,7 @@ def test_more_rows_and_longer_paths_than_there_is_room_for() -> None:
 
 @needs_gpu
 def test_results_that_take_too_much_memory_come_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fluorspar.paths.sweeping.cuda_sweep._MOST", 15 * 4 * N * 2)  # two pixels
+    monkeypatch.setattr("fluorspar.paths.sweeping.cuda_sweep._MOST", 23 * 4 * N * 2)  # two pixels
     chunk = Paths(5, 1, lights=1, rows=5, longest=3).chunk()
     assert_equal(both(chunk, spectral_tables(make_materials(), lamps(1)), N))
 
@@ -157,3 +159,36 @@ def test_general_surfaces() -> None:
     (chunk,) = trace_chunks(job)
     results = both(chunk, tables_of(job), len(job.grid))
     assert_equal(results)
+
+
+@needs_gpu
+@pytest.mark.parametrize("component_errors", [False, True])
+def test_standard_errors_are_pooled_over_neighbours(
+    component_errors: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A whole image, of enough pixels: those in batches come from the GPU, and so do those by halves, of all bands."""
+    scene = load_scene("cornell-box").with_settings(width=5, height=5, spp=4, max_depth=2)
+    job = RenderJob(scene, read_grid("400:700:30"), seed=3, variant="llvm", component_errors=component_errors)
+    assert sample_sets(scene.settings) == 2
+    images = []
+    for on_gpu in (False, True):
+        monkeypatch.setattr("fluorspar.paths.render.sweeps_on_gpu", lambda variant, on_gpu=on_gpu: on_gpu)
+        images.append(render_chunks(trace_chunks(job), job).dataset)
+    (chunk,) = trace_chunks(job)
+    (in_batches, _) = both(chunk, tables_of(job), len(job.grid), component_errors=False)
+    cpu, gpu = images
+    assert not np.allclose(in_batches.standard_error, cpu.standard_error.values.reshape(25, -1), rtol=0.1)
+    assert ("component_standard_error" in cpu) == component_errors
+    for name in cpu.data_vars:
+        np.testing.assert_allclose(gpu[name], cpu[name], rtol=2e-5, atol=1e-6 * float(cpu[name].max()))
+
+
+@needs_gpu
+def test_too_little_memory_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def empty(*_: Any) -> None:
+        raise Exception("[2] Call to cuMemAlloc results in CUDA_ERROR_OUT_OF_MEMORY")
+
+    monkeypatch.setattr("fluorspar.paths.sweeping.cuda_sweep.empty", empty)
+    chunk = Paths(1, 1, lights=1, rows=5, longest=3).chunk()
+    with pytest.raises(RendererError, match=r"(?s)too little free memory.*OUT_OF_MEMORY.*variant 'llvm'"):
+        both(chunk, spectral_tables(make_materials(), lamps(1)), N)

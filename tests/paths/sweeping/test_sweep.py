@@ -26,9 +26,9 @@ from fluorspar.bispectral.conversions import stokes_weights
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.image.pixels import Pixels
 from fluorspar.paths.log import BLOCK, END, ENTRIES, Chunk, Log, lanes_per_pixel
-from fluorspar.paths.sweeping.batches import batch_count
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, padded, spectral_tables
 from fluorspar.paths.sweeping.sweep import sweep
+from fluorspar.scene.sample_sets import batch_count
 from fluorspar.spectral.wavelengths import Wavelengths
 
 Array = NDArray[np.float64]

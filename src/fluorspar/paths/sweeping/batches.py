@@ -15,48 +15,32 @@ import numpy as np
 
 from fluorspar.image.components import COMPONENTS
 
-__all__ = ["COMPONENT_COUNT", "TOTAL", "Tally", "batch_count", "count", "new_tally", "store"]
+__all__ = ["COMPONENT_COUNT", "TOTAL", "Tally", "count", "new_tally", "store"]
 
 COMPONENT_COUNT = len(COMPONENTS)
 TOTAL = COMPONENT_COUNT  # index behind the components, for the tally of the total
-_BATCHES = 32
-_LARGEST = 256  # samples of a batch: in single precision longer sums lose small terms
-
-
-def batch_count(spp: int) -> int:
-    """Number of batches of samples from which standard errors are estimated.
-
-    Examples
-    --------
-    >>> batch_count(4), batch_count(20), batch_count(1024), batch_count(65536)
-    (4, 20, 32, 256)
-    """
-    return min(spp, max(_BATCHES, -(-spp // _LARGEST)))
 
 
 class Tally(NamedTuple):
     """Batch means of the components and, last, of the total: weighted sums and squares of their distance to `pivot`.
 
     Counted from the mean of the first batch, because in single precision the difference of two large sums would be
-    noise. All of shape (8, B).
+    noise. `half` is `sums` of the first half of the batches. All of shape (8, B).
     """
 
     pivot: Any
     sums: Any
     squares: Any
+    half: Any
 
 
 def new_tally(width: int) -> Any:
-    return Tally(
-        np.zeros((COMPONENT_COUNT + 1, width), dtype=np.float32),
-        np.zeros((COMPONENT_COUNT + 1, width), dtype=np.float32),
-        np.zeros((COMPONENT_COUNT + 1, width), dtype=np.float32),
-    )
+    return Tally(*np.zeros((4, COMPONENT_COUNT + 1, width), dtype=np.float32))
 
 
 @numba.njit(inline="always")
-def count(tally: Any, at: int, total: Any, size: int, b: int, width: int) -> None:
-    """Count in the sum `total` over the `size` samples of batch `b`; batch 0 begins anew."""
+def count(tally: Any, at: int, total: Any, size: int, b: int, batches: int, width: int) -> None:
+    """Count in the sum `total` over the `size` samples of batch `b` of `batches`; batch 0 begins anew."""
     n = np.float32(size)
     per_sample = np.float32(1) / n
     if b == 0:
@@ -69,6 +53,9 @@ def count(tally: Any, at: int, total: Any, size: int, b: int, width: int) -> Non
             difference = per_sample * total[j] - tally.pivot[at, j]
             tally.sums[at, j] += n * difference
             tally.squares[at, j] += n * difference * difference
+    if b + 1 == batches // 2:
+        for j in range(width):
+            tally.half[at, j] = tally.sums[at, j]
 
 
 @numba.njit(inline="always")
@@ -83,8 +70,14 @@ def store(
     radiance: Any,
     error: Any,
     errors: Any,
+    halves: Any,
+    at: int,
 ) -> None:
-    """Write the means and standard errors of pixel `p`, of the last of the `computed` bands that it has room for."""
+    """Write the means and standard errors of pixel `p`, of the last of the `computed` bands that it has room for.
+
+    And the standard errors by the scatter of the two halves of its samples to pixel `at` of `halves`, of shape
+    (components + 1, P, N), or (1, P, N) for the total alone, which comes last.
+    """
     bands = radiance.shape[2]
     skip = computed - bands
     scale = np.float32(1) / np.float32(spp)
@@ -92,12 +85,18 @@ def store(
     for c in range(COMPONENT_COUNT):
         for j in range(bands):
             radiance[c, p, j] = scale * y[c, skip + j]
+    first = np.float32(batches // 2 * spp // batches)
+    rest = np.float32(spp) - first
+    for j in range(bands):
+        halves[-1, at, j] = _of_halves(tally.sums[TOTAL, skip + j], tally.half[TOTAL, skip + j], first, rest)
     for j in range(bands):
         error[p, j] = _error(tally.sums[TOTAL, skip + j], tally.squares[TOTAL, skip + j], scale, freedom)
     if component_errors:
         for c in range(COMPONENT_COUNT):
             for j in range(bands):
                 errors[c, p, j] = _error(tally.sums[c, skip + j], tally.squares[c, skip + j], scale, freedom)
+            for j in range(bands):
+                halves[c, at, j] = _of_halves(tally.sums[c, skip + j], tally.half[c, skip + j], first, rest)
 
 
 @numba.njit(inline="always")
@@ -106,3 +105,12 @@ def _error(total: Any, squares: Any, scale: Any, freedom: Any) -> Any:
     if freedom <= 0:
         return np.float32(np.nan)
     return math.sqrt(max(squares - scale * total * total, np.float32(0)) / freedom)
+
+
+@numba.njit(inline="always")
+def _of_halves(total: Any, half: Any, first: Any, rest: Any) -> Any:
+    """Standard error of a mean from its two halves, of `first` and `rest` samples, by the formula above."""
+    if first == 0:
+        return np.float32(np.nan)
+    apart = half / first - (total - half) / rest
+    return abs(apart) * math.sqrt(first * rest) / (first + rest)

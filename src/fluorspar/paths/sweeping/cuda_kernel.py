@@ -107,11 +107,16 @@ _sweep_pixel = for_gpu(sweep_pixel, luminesce=warp_luminesce, together=together,
 
 
 class Output(NamedTuple):
-    """Where results go: `radiance` (7, P, N), `error` (P, N), `errors` (7, P, N), or (7, 0, N) if not asked for."""
+    """Where results go, see `store`.
+
+    `radiance` (7, P, N), `error` (P, N), `errors` (7, P, N) and `halves` (8, P, N), or (7, 0, N) and (1, P, N) if
+    errors of the components are not asked for.
+    """
 
     radiance: Any
     error: Any
     errors: Any
+    halves: Any
 
 
 class Room(NamedTuple):
@@ -200,6 +205,7 @@ def compiled_for_warps(each: int, one_light: bool, component_errors: bool) -> Ca
             cuda.local.array(each, _FLOAT),
         )
         tally = Tally(
+            cuda.local.array((_TALLIED, each), _FLOAT),
             cuda.local.array((_TALLIED, each), _FLOAT),
             cuda.local.array((_TALLIED, each), _FLOAT),
             cuda.local.array((_TALLIED, each), _FLOAT),

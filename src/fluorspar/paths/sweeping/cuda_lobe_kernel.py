@@ -157,6 +157,7 @@ def compiled_for_warps_and_lobes(each: int, component_errors: bool) -> Callable[
             cuda.local.array((_TALLIED, each), _FLOAT),
             cuda.local.array((_TALLIED, each), _FLOAT),
             cuda.local.array((_TALLIED, each), _FLOAT),
+            cuda.local.array((_TALLIED, each), _FLOAT),
         )
         y = cuda.local.array((_CARRIED, each), _FLOAT)
         sums = cuda.local.array((COMPONENT_COUNT, each), _FLOAT)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numba.core.errors import NumbaPerformanceWarning
+from numpy.typing import NDArray
 
 from fluorspar.image.pixels import Pixels
 from fluorspar.paths.log import Log
@@ -20,6 +21,7 @@ from fluorspar.paths.sweeping.cuda_lobe_kernel import (
     room_for_warps_and_lobes,
 )
 from fluorspar.paths.sweeping.cuda_memory import copy_back, empty, pinned, processors, to_gpu
+from fluorspar.paths.sweeping.gpu import gpu_memory
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables
 from fluorspar.paths.sweeping.warp import WARP, tables_for_warps
@@ -42,6 +44,7 @@ class SweepOnGpu:
         Whether standard errors of the components are estimated, too.
     """
 
+    @gpu_memory()
     def __init__(self, tables: SpectralTables | LobeTables, component_errors: bool) -> None:
         self._lobes, self._component_errors = isinstance(tables, LobeTables), component_errors
         self._tables: Any = to_gpu(
@@ -52,14 +55,19 @@ class SweepOnGpu:
         self._room, self._scratch, self._warps = _ROOM, None, 0
         self._shape: tuple[int, int] | None = None
 
+    @gpu_memory()
     def sweep(
-        self, pixels: int, counts: tuple[int, int, int], log: Log, pool: Executor, out: Pixels, at: int
+        self,
+        counts: tuple[int, int, int],
+        log: Log,
+        pool: Executor,
+        out: Pixels,
+        halves: NDArray[np.float32],
     ) -> None:
         """Compute the spectra of a chunk; see `sweep`.
 
         Parameters
         ----------
-        pixels : int
         counts : (int, int, int)
             Samples of a pixel, its lanes and its batches.
         log : Log
@@ -67,11 +75,12 @@ class SweepOnGpu:
         pool : Executor
             Threads that copy.
         out : Pixels
-        at : int
-            Pixel of `out` that the first one becomes.
+            Those of the chunk.
+        halves : ndarray of shape (8, P, N), or (1, P, N) without errors of the components
+            Where standard errors by two halves go, see `store`.
         """
-        bands = out.radiance.shape[2]
-        each = max(1, min(pixels, _MOST // (out.radiance.itemsize * bands * (2 * COMPONENT_COUNT + 1))))
+        _, pixels, bands = out.radiance.shape
+        each = max(1, min(pixels, _MOST // (out.radiance.itemsize * bands * (3 * COMPONENT_COUNT + 2))))
         if self._shape != (each, bands):
             self._allocate_output(each, bands)
         there = to_gpu(log)
@@ -79,7 +88,7 @@ class SweepOnGpu:
             kernel: Any = compiled_for_warps_and_lobes(self._each, self._component_errors)
         else:
             kernel = compiled_for_warps(self._each, len(log.direct_light) == 0, self._component_errors)
-        places = [out.radiance, out.standard_error[np.newaxis], out.component_standard_error]
+        places = [out.radiance, out.standard_error[np.newaxis], out.component_standard_error, halves]
         for first in range(0, pixels, each):
             stop = min(first + each, pixels)
             self._launch(kernel, first, stop, counts, there)
@@ -87,7 +96,7 @@ class SweepOnGpu:
                 if place is not None:
                     copy_back(values, staged)
                     layers = staged.reshape(-1, each, bands)[:, : stop - first]
-                    list(pool.map(np.copyto, place[:, at + first : at + stop], layers))
+                    list(pool.map(np.copyto, place[:, first:stop], layers))
 
     def _launch(self, kernel: Any, first: int, stop: int, counts: tuple[int, int, int], log: Any) -> None:
         """Sweep a range of pixels, again with twice the room if a pixel sees more rows, or a path is longer."""
@@ -108,7 +117,13 @@ class SweepOnGpu:
 
     def _allocate_output(self, pixels: int, bands: int) -> None:
         errors = pixels if self._component_errors else 0
-        shapes = (COMPONENT_COUNT, pixels, bands), (pixels, bands), (COMPONENT_COUNT, errors, bands)
+        of_halves = COMPONENT_COUNT + 1 if self._component_errors else 1
+        shapes = [
+            (COMPONENT_COUNT, pixels, bands),
+            (pixels, bands),
+            (COMPONENT_COUNT, errors, bands),
+            (of_halves, pixels, bands),
+        ]
         self._output = Output(*(empty(shape, np.float32) for shape in shapes))
         self._staged = Output(*(pinned(shape, np.float32) for shape in shapes))
         self._shape = pixels, bands

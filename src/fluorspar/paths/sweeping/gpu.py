@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 
+from fluorspar.errors import RendererError, message
 from fluorspar.paths.log import Chunk, flat
 
-__all__ = ["chunk_on_gpu", "sweeps_on_gpu", "why_not_on_gpu"]
+__all__ = ["chunk_on_gpu", "gpu_memory", "sweeps_on_gpu", "why_not_on_gpu"]
 
 
 def sweeps_on_gpu(variant: str) -> bool:
@@ -15,6 +18,25 @@ def sweeps_on_gpu(variant: str) -> bool:
     return variant == "cuda" and why_not_on_gpu() is None
 
 
+@contextmanager
+def gpu_memory() -> Iterator[None]:
+    """Say what helps if the body needs more memory than the GPU has.
+
+    Raises
+    ------
+    RendererError
+        In place of what Dr.Jit and Numba raise.
+    """
+    try:
+        yield
+    except Exception as err:  # Numba's are of no class that is known without it
+        if "out of memory" not in str(err).lower().replace("_", " "):
+            raise
+        fix = "use variant 'llvm', or render fewer samples or a smaller size"
+        raise RendererError(message("the GPU has too little free memory", got=err, fix=fix)) from err
+
+
+@gpu_memory()
 def chunk_on_gpu(chunk: Chunk) -> Chunk:
     """Copy the paths of a chunk to the memory of the GPU."""
     from fluorspar.paths.sweeping.cuda_memory import to_gpu

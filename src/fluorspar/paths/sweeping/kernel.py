@@ -120,10 +120,10 @@ def sweep_pixel(
                     seen += 1
                 collect(pixel, place, path, n, luminesced, tables.lights, one_light, width)
         close_batch(pixel, seen, y, total, tables, one_light, component_errors, width)
-        count(tally, TOTAL, total, end - begin, b, width)
+        count(tally, TOTAL, total, end - begin, b, batches, width)
         if component_errors:
             for c in range(COMPONENT_COUNT):
-                count(tally, c, y[c], end - begin, b, width)
+                count(tally, c, y[c], end - begin, b, batches, width)
     together()
     close_pixel(pixel, seen, y, tables, width)
     return True
@@ -150,7 +150,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
 
     # Without Numba's counting of references: it counts in the innermost loops, in memory that all threads share.
     @numba.njit(nogil=True, fastmath=FAST, _nrt=False)
-    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
+    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, halves, at, scratch):  # type: ignore[no-untyped-def]
         _ = version  # a captured value is part of the key under which Numba keeps compiled code
         for p in range(first, stop):
             done = sweep_pixel(
@@ -158,8 +158,20 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
             )
             if not done:
                 return p
-            y, tally = scratch.y, scratch.tally
-            store(at + p, y, tally, spp, batches, tables.bands, component_errors, radiance, error, errors)
+            store(
+                at + p,
+                scratch.y,
+                scratch.tally,
+                spp,
+                batches,
+                tables.bands,
+                component_errors,
+                radiance,
+                error,
+                errors,
+                halves,
+                p,
+            )
         return stop
 
     keep_code(kernel, f"the sweep of {width} bands")

@@ -420,10 +420,10 @@ def sweep_lobe_pixel(
                 total[j] += y[c, j]
             for j in range(width):
                 sums[c, j] += y[c, j]
-        count(tally, TOTAL, total, end - begin, b, width)
+        count(tally, TOTAL, total, end - begin, b, batches, width)
         if component_errors:
             for c in tables.components:
-                count(tally, c, y[c], end - begin, b, width)
+                count(tally, c, y[c], end - begin, b, batches, width)
     return True
 
 
@@ -442,14 +442,26 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
     )
 
     @numba.njit(nogil=True, fastmath=FAST, _nrt=False)
-    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, at, scratch):  # type: ignore[no-untyped-def]
+    def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, halves, at, scratch):  # type: ignore[no-untyped-def]
         _ = version
         component_errors = errors.shape[1] > 0
         for p in range(first, stop):
             if not sweep_lobe_pixel(p, spp, parts, batches, log, tables, scratch, component_errors, width):
                 return p
-            sums, tally, bands = scratch.sums, scratch.tally, tables.spectra.bands
-            store(at + p, sums, tally, spp, batches, bands, component_errors, radiance, error, errors)
+            store(
+                at + p,
+                scratch.sums,
+                scratch.tally,
+                spp,
+                batches,
+                tables.spectra.bands,
+                component_errors,
+                radiance,
+                error,
+                errors,
+                halves,
+                p,
+            )
         return stop
 
     keep_code(kernel, f"the sweep of {width} bands and lobes")

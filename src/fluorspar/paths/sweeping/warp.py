@@ -175,7 +175,7 @@ def store_of_lane(
     p: int, y: Any, tally: Any, spp: int, batches: int, tables: Any, errors_too: bool, out: Any, width: int
 ) -> None:
     """Write what one thread has of pixel `p`, see `store`."""
-    radiance, error, errors = out
+    radiance, error, errors, halves = out
     bands = radiance.shape[2]
     begin = tables.lane * width - (tables.bands - bands)  # in the image
     first = min(max(begin, 0), bands)
@@ -191,4 +191,6 @@ def store_of_lane(
         radiance[:, :, first:stop],
         error[:, first:stop],
         errors[:, :, first:stop],
+        halves[:, :, first:stop],
+        p,
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.paths.tracing.trace_scene import lights_of_emitters, pointer_of, sampler_of
+from fluorspar.paths.tracing.trace_scene import lights_of_emitters, pointer_of
 from fluorspar.scene.extent import warn_of_extent
 from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.lobes.lobe import STRAIGHT, DyeMap, Lobe, Lobes
@@ -54,7 +54,7 @@ class LobeScene:
 
     Attributes
     ----------
-    mitsuba_scene, sensor, sampler : object
+    mitsuba_scene, sensor : object
         Objects of the variant that was set, one with colours.
     first_of_shape : ndarray of shape (P,), uint32
         Front side of the shape whose Dr.Jit pointer is p, among all sides.
@@ -78,7 +78,6 @@ class LobeScene:
 
     mitsuba_scene: Any
     sensor: Any
-    sampler: Any
     first_of_shape: NDArray[np.uint32]
     slots: Slots
     terms: int
@@ -97,7 +96,7 @@ def build_lobe_scene(scene: Scene) -> LobeScene:
     assert scene.lobes is not None
     # Its rows are those of this scene: they may be numbered in another way.
     slots = _slots(scene, scene.lobes)
-    return replace(built, sampler=sampler_of(built.sensor, scene), slots=slots, lobes=scene.lobes)
+    return replace(built, slots=slots, lobes=scene.lobes)
 
 
 def _built(scene: Scene) -> LobeScene:
@@ -168,7 +167,6 @@ def _built(scene: Scene) -> LobeScene:
     return LobeScene(
         built,
         sensor,
-        sampler_of(sensor, scene),
         first_of_shape,
         _slots(scene, lobes),
         lobes.terms,

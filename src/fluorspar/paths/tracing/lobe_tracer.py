@@ -15,13 +15,17 @@ import numpy as np
 from fluorspar.paths.log import BLOCK, END, SURVIVAL
 from fluorspar.paths.tracing.lobe_scene import LobeScene
 from fluorspar.paths.tracing.mesh_colours import MeshColours
-from fluorspar.paths.tracing.tracer import Spread, Tracer, camera_ray, mis, two
+from fluorspar.paths.tracing.numbers import LOBE, Numbers
+from fluorspar.paths.tracing.tracer import Tracer, camera_ray, mis
 from fluorspar.scene.lobes.lobe import ANGLES, CHANNELS, STRAIGHT
 from fluorspar.scene.settings import UNLIMITED
 
 __all__ = ["LobeTracer"]
 
 _CERTAIN = 1e15  # density of a direction that next-event estimation cannot find
+# Uses of independent numbers at a vertex: roulette; the texels of a light that was hit or found, of a texture, and the
+# angle of a metal.
+_SURVIVES, _HIT, _FOUND, _PICK = 0, 1, 3, 5
 _WRAPS = ("repeat", "mirror", "clamp")
 
 
@@ -64,14 +68,12 @@ class LobeTracer(Tracer):
         certain, one = dr.full(mi.Float, _CERTAIN, lanes), dr.ones(mi.Float, lanes)
         return {**super().first_state(lanes), "pdf": certain, "eta": one}
 
-    def run(
-        self, spread: Spread | None, log: dict[str, Any], height: Any, state: dict[str, Any]
-    ) -> tuple[Any, dict[str, Any]]:
+    def run(self, log: dict[str, Any], height: Any, state: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
         """Record the loop; see `Tracer.run`."""
-        used_and_left: tuple[Any, dict[str, Any]] = _trace(self, spread, log, height, **state)
+        used_and_left: tuple[Any, dict[str, Any]] = _trace(self, log, height, **state)
         return used_and_left
 
-    def light_of(self, emitter: Any, direction: Any, uv: Any, rng: Any, active: Any) -> Any:
+    def light_of(self, emitter: Any, direction: Any, uv: Any, pick: Any, active: Any) -> Any:
         """The row of the light that comes from an emitter: of one that varies, that of a texel."""
         row = dr.gather(mi.UInt32, self.light_of_emitter, dr.reinterpret_array(mi.UInt32, emitter), active)
         if not self.varying:
@@ -84,14 +86,13 @@ class LobeTracer(Tracer):
             x, y, z = _turned(self.scene.to_sky, direction)
             away = mi.Point2f(dr.atan2(x, -z) * dr.inv_two_pi, dr.safe_acos(y) * dr.inv_pi)
             uv = dr.select(row == self.scene.sky_row, away, uv)
-        texel = _texel(self, texture, uv, two(rng), active)
+        texel = _texel(self, texture, uv, pick, active)
         return dr.select(texture >= 0, dr.gather(mi.UInt32, self.light_first, row, active) + texel, row)
 
-    def pick(self, rng: Any) -> Any:
+    def pick(self, numbers: Numbers) -> Any:
         """Random numbers for `terms_of`."""
-        if self.products:
-            return mi.Point3f(rng.next_float32(), rng.next_float32(), rng.next_float32())
-        return two(rng) if self.picks else mi.Point2f(0)
+        count = 3 if self.products else 2 if self.picks else 0
+        return mi.Point3f(*[numbers.one(_PICK + i) if i < count else 0 for i in range(3)])
 
     def survival_of(self, row: Any, active: Any) -> Any:
         """The survival of a row; of a texel on metal, that of the texel."""
@@ -112,7 +113,7 @@ class LobeTracer(Tracer):
             Of the BSDF for the direction `wo`, times the cosine, and of the sample `bs`.
         wo : Vector3f
         bs : BSDFSample3f
-        pick : Point2f, or Point3f where metals have textures
+        pick : Point3f
             Random numbers, for what is interpolated.
         active : Bool
 
@@ -154,7 +155,6 @@ class LobeTracer(Tracer):
 @dr.syntax
 def _trace(
     tracer: LobeTracer,
-    spread: Spread | None,
     log: dict[str, Any],
     height: Any,
     o: Any,
@@ -167,8 +167,6 @@ def _trace(
     pixel: Any,
     sample: Any,
     left: Any,
-    state: Any,
-    inc: Any,
 ) -> tuple[Any, dict[str, Any]]:
     """Let each lane trace its `left` samples, as far as its strip goes.
 
@@ -176,8 +174,6 @@ def _trace(
     """
     scene = tracer.scene.mitsuba_scene
     max_depth, rr_depth = tracer.settings.max_depth, tracer.settings.rr_depth
-    rng = mi.PCG32()
-    rng.state, rng.inc = state, inc
     lane = dr.arange(mi.UInt32, dr.width(left))
     slot = lane // BLOCK * (height * BLOCK) + lane % BLOCK
     used = mi.UInt32(0)
@@ -187,6 +183,7 @@ def _trace(
 
     while (left > 0) & (used < height):
         ray = mi.Ray3f(o, d)
+        numbers = tracer.numbers.at(pixel, sample, 2 * depth + 1)
         si = scene.ray_intersect(ray, mi.RayFlags.All, coherent=False)
 
         # Light that the ray has hit; it belongs to the vertex before.
@@ -195,11 +192,11 @@ def _trace(
         origin = dr.zeros(mi.Interaction3f)
         origin.p = previous
         ds = mi.DirectionSample3f(scene, si, origin)
-        pdf_direct = scene.pdf_emitter_direction(origin, ds, seen & (pdf < _CERTAIN))
+        pdf_direct = tracer.lights.pdf(origin, ds, seen & (pdf < _CERTAIN))
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * mis(pdf, pdf_direct), 0.0)
         dr.scatter(log["sampled"], sampled, slot)
         if dr.hint(not tracer.one_light, mode="scalar"):
-            light = tracer.light_of(emitter, ray.d, si.uv, rng, seen)
+            light = tracer.light_of(emitter, ray.d, si.uv, numbers.pair(_HIT), seen)
             dr.scatter(log["sampled_light"], light, slot)
 
         # The vertex: direct light by next-event estimation, and a direction to go on.
@@ -208,19 +205,19 @@ def _trace(
             active &= depth + 1 < max_depth
         bsdf = si.bsdf(ray)
         smooth = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-        ds, emitted = scene.sample_emitter_direction(si, two(rng), False, smooth)
+        ds, emitted = tracer.lights.sample(si, numbers, smooth)
         smooth &= ds.pdf > 0
         wo = si.to_local(ds.d)
-        u = two(rng)
-        value, pdf_sampled, bs, weight = bsdf.eval_pdf_sample(context, si, wo, rng.next_float32(), u, active)
+        lobe, direction = numbers.two(LOBE).x, numbers.two(1)
+        value, pdf_sampled, bs, weight = bsdf.eval_pdf_sample(context, si, wo, lobe, direction, active)
         mixed = emitted[0] * dr.select(ds.delta, 1.0, mis(ds.pdf, pdf_sampled))
         lit = smooth & (mixed * dr.max(value) > 0)
         lit &= ~scene.ray_test(si.spawn_ray_to(ds.p), coherent=False, active=lit)
         if dr.hint(not tracer.one_light, mode="scalar"):
-            light = tracer.light_of(ds.emitter, ds.d, ds.uv, rng, lit)
+            light = tracer.light_of(ds.emitter, ds.d, ds.uv, numbers.pair(_FOUND), lit)
             dr.scatter(log["direct_light"], light, slot)
 
-        terms = tracer.terms_of(si, value, weight, wo, bs, tracer.pick(rng), active)
+        terms = tracer.terms_of(si, value, weight, wo, bs, tracer.pick(numbers), active)
         carried, survived = mi.Float(0), mi.Float(0)
         for t in range(tracer.terms):
             row, found, sent = terms[t]
@@ -233,7 +230,7 @@ def _trace(
         eta *= bs.eta
         roulette = depth + 1 >= rr_depth
         chance = dr.clip(throughput * dr.square(eta), *SURVIVAL)
-        goes_on = active & (carried > 0) & (~roulette | (rng.next_float32() < chance))
+        goes_on = active & (carried > 0) & (~roulette | (numbers.one(_SURVIVES) < chance))
         gain = dr.select(goes_on, dr.select(roulette, dr.rcp(chance), 1.0), 0.0)
         for t in range(tracer.terms):
             row, found, sent = terms[t]
@@ -242,10 +239,10 @@ def _trace(
         spawned = si.spawn_ray(si.to_world(bs.wo))
         delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
 
-        # Where the path has ended, the next sample begins; the numbers `u` have served nothing then.
+        # Where the path has ended, the next sample begins.
         left = dr.select(goes_on, left, left - 1)
         sample = dr.select(goes_on, sample, sample + 1)
-        fresh = camera_ray(tracer, spread, two(rng), rng, pixel, sample, ~goes_on & (left > 0))
+        fresh = camera_ray(tracer, pixel, sample)
         o = dr.select(goes_on, mi.Point3f(spawned.o), mi.Point3f(fresh.o))
         d = dr.select(goes_on, mi.Vector3f(spawned.d), mi.Vector3f(fresh.d))
         throughput = dr.select(goes_on, throughput * gain, 1.0)
@@ -267,8 +264,6 @@ def _trace(
         "pixel": pixel,
         "sample": sample,
         "left": left,
-        "state": rng.state,
-        "inc": rng.inc,
     }
     return used, stopped
 

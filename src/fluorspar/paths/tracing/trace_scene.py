@@ -17,7 +17,7 @@ from fluorspar.scene.scene import Scene
 from fluorspar.scene.sensor import set_film
 from fluorspar.scene.surfaces import ABSORBS, Surface
 
-__all__ = ["TraceScene", "build_trace_scene", "lights_of_emitters", "pointer_of", "sampler_of"]
+__all__ = ["TraceScene", "build_trace_scene", "lights_of_emitters", "pointer_of"]
 
 _FEW = 64  # nodes of a scene that are built one by one
 
@@ -28,7 +28,7 @@ class TraceScene:
 
     Attributes
     ----------
-    mitsuba_scene, sensor, sampler : object
+    mitsuba_scene, sensor : object
         Objects of the variant that was set.
     first_row_of_shape : ndarray of shape (P,), uint32
         where the rows of the shape whose Dr.Jit pointer is p begin in `rows`.
@@ -43,7 +43,6 @@ class TraceScene:
 
     mitsuba_scene: Any
     sensor: Any
-    sampler: Any
     first_row_of_shape: NDArray[np.uint32]
     rows_per_primitive: NDArray[np.uint32]
     rows: NDArray[np.uint32]
@@ -100,19 +99,11 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     return TraceScene(
         built,
         sensor,
-        sampler_of(sensor, scene),
         first_row,
         per_primitive,
         np.concatenate(rows),
         lights_of_emitters(built, scene),
     )
-
-
-def sampler_of(sensor: Any, scene: Scene) -> Any:
-    """A sampler of a built sensor, with as many samples as the scene's settings say."""
-    sampler = sensor.sampler().clone()
-    sampler.set_sample_count(scene.settings.spp)
-    return sampler
 
 
 def lights_of_emitters(built: Any, scene: Scene) -> NDArray[np.uint32]:

@@ -17,9 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, SURVIVAL, Chunk, Log, lanes_per_pixel
+from fluorspar.paths.tracing.light_choice import light_choice
+from fluorspar.paths.tracing.numbers import PathNumbers
 from fluorspar.scene.settings import UNLIMITED, Settings
 
-__all__ = ["Spread", "Tracer", "camera_ray", "mis", "two"]
+__all__ = ["Tracer", "camera_ray", "mis"]
 
 # Entries that a strip has room for, a sample: at first, and at the most, which bounds memory. In between it follows
 # what the chunk before has needed.
@@ -38,15 +40,6 @@ class _Launch:
 
 
 @dataclass
-class Spread:
-    """Where the scene's own sampler puts the camera rays of a chunk, for each path; see `Tracer._spread`."""
-
-    film: Any
-    time: Any
-    aperture: Any
-
-
-@dataclass
 class Started:
     """A chunk whose tracing has begun."""
 
@@ -54,7 +47,6 @@ class Started:
     first_pixel: int
     pixels: int
     launch: _Launch
-    spread: Spread | None
 
 
 class Tracer:
@@ -70,9 +62,18 @@ class Tracer:
         For each material row the throughput of a reflection, for Russian roulette.
     seed : int
         Same seed, same paths, bit for bit, whatever the number of threads.
+    power : ndarray of shape (lights,), optional
+        For each light row the mean of its spectrum, to choose among many lights; default: all alike.
     """
 
-    def __init__(self, scene: Any, settings: Settings, survival: NDArray[np.floating], seed: int) -> None:
+    def __init__(
+        self,
+        scene: Any,
+        settings: Settings,
+        survival: NDArray[np.floating],
+        seed: int,
+        power: NDArray[np.floating] | None = None,
+    ) -> None:
         self.scene: Any = scene
         self.settings = settings
         self.seed = seed
@@ -83,7 +84,9 @@ class Tracer:
         self.survival = mi.Float(np.asarray(survival, dtype=np.float32))
         self._longest_lane = -(-settings.spp // lanes_per_pixel(settings.spp))  # in samples
         self._room = _ROOM
+        self.numbers = PathNumbers(settings, seed)
         self.read_scene(scene)
+        self.lights = light_choice(scene.mitsuba_scene, self._of_emitters(power))
 
     def read_scene(self, scene: Any) -> None:
         """Give the tables of the scene to Dr.Jit."""
@@ -91,20 +94,26 @@ class Tracer:
         self.rows_per_primitive = mi.UInt32(scene.rows_per_primitive)
         self.rows = mi.UInt32(scene.rows)
 
+    def _of_emitters(self, power: NDArray[np.floating] | None) -> NDArray[np.floating]:
+        """The power of each emitter of the built scene."""
+        emitters = self.scene.mitsuba_scene.emitters_dr()
+        if power is None or dr.width(emitters) == 0:
+            return np.ones(dr.width(emitters))
+        pointers = dr.reinterpret_array(mi.UInt32, emitters).numpy()
+        return np.asarray(power[self.scene.light_of_emitter[pointers]])
+
     def start(self, number: int, first_pixel: int, pixels: int) -> Started:
         """Launch the tracing of chunk `number`, `pixels` pixels from `first_pixel` on, without waiting for it."""
         lane = dr.arange(mi.UInt32, pixels * lanes_per_pixel(self.settings.spp))
-        # Opaque, here and for seeds: a number written into the kernel would mean a new kernel for each.
         spp, parts = (
             dr.opaque(mi.UInt32, n) for n in (self.settings.spp, lanes_per_pixel(self.settings.spp))
         )
+        # Opaque: a number written into the kernel would mean a new kernel for each.
         part = lane % parts
         first = part * spp // parts
         pixel = lane // parts + dr.opaque(mi.UInt32, first_pixel)
-        sample = lane // parts * spp + first
-        rng = mi.PCG32(len(lane), *map(mi.UInt64, mi.sample_tea_32(lane, self._seed(number, 0))))
-        spread = self._spread(number, first_pixel, pixels)
-        ray = camera_ray(self, spread, two(rng), rng, pixel, sample, mi.Bool(True))
+        sample = mi.UInt32(first)
+        ray = camera_ray(self, pixel, sample)
         state = {
             "o": mi.Point3f(ray.o),
             "d": mi.Vector3f(ray.d),
@@ -112,13 +121,11 @@ class Tracer:
             "pixel": pixel,
             "sample": sample,
             "left": (part + 1) * spp // parts - first,
-            "state": rng.state,
-            "inc": rng.inc,
         }
         # Not left as constants, nor as one number for all, so that lanes that begin and that go on run one kernel.
         dr.make_opaque(state)
         height = int(np.ceil(self._room * self._longest_lane))
-        return Started(number, first_pixel, pixels, self._launch(state, height, spread), spread)
+        return Started(number, first_pixel, pixels, self._launch(state, height))
 
     def first_state(self, lanes: int) -> dict[str, Any]:
         """What the loop carries besides the ray, where a path begins."""
@@ -129,14 +136,12 @@ class Tracer:
             "depth": dr.zeros(mi.UInt32, lanes),
         }
 
-    def run(
-        self, spread: Spread | None, log: dict[str, Any], height: Any, state: dict[str, Any]
-    ) -> tuple[Any, dict[str, Any]]:
+    def run(self, log: dict[str, Any], height: Any, state: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
         """Record the loop: let each lane trace its samples, as far as its strip of `height` entries goes.
 
         Returns the number of entries that each lane has used, and the state in which it stopped.
         """
-        used_and_left: tuple[Any, dict[str, Any]] = _trace(self, spread, log, height, **state)
+        used_and_left: tuple[Any, dict[str, Any]] = _trace(self, log, height, **state)
         return used_and_left
 
     def finish(self, started: Started) -> Chunk:
@@ -151,14 +156,14 @@ class Tracer:
                 name: dr.gather(type(values), values, going_on) for name, values in launches[-1].state.items()
             }
             dr.make_opaque(state)
-            launches.append(self._launch(state, started.launch.height, started.spread))
+            launches.append(self._launch(state, started.launch.height))
         longest = (len(launches) - 1) * started.launch.height + int(dr.max(launches[-1].used)[0])
         self._room = min(max(1.1 * longest / self._longest_lane, 2.0), _MOST_ROOM)
         return Chunk(
             started.first_pixel, started.pixels, self.settings.spp, _log(launches, self.terms, self.on_gpu)
         )
 
-    def _launch(self, state: dict[str, Any], height: int, spread: Spread | None) -> _Launch:
+    def _launch(self, state: dict[str, Any], height: int) -> _Launch:
         """Allocate a strip for each lane and launch the kernel that fills them."""
         lanes = len(state["left"])
         entries = -(-lanes // BLOCK) * BLOCK * height
@@ -171,58 +176,25 @@ class Tracer:
             )
             for name, kind in ENTRIES.items()
         }
-        used, left = self.run(spread, log, dr.opaque(mi.UInt32, height), state)
+        used, left = self.run(log, dr.opaque(mi.UInt32, height), state)
         dr.eval(log, used, left)
         return _Launch(lanes, height, log, used, left)
 
-    def _spread(self, number: int, first_pixel: int, pixels: int) -> Spread | None:
-        """Take the camera rays from the scene's sampler, if that spreads those of a pixel.
 
-        Beyond the camera all numbers are independent: the dimensions of other samplers may be correlated along a
-        path, which biases long paths (ldsampler: by up to 0.8 %) and spoils the standard error.
-        """
-        if self.scene.sampler.class_name() == "IndependentSampler":
-            return None
-        sampler = self.scene.sampler.clone()
-        sampler.set_samples_per_wavefront(self.settings.spp)
-        sampler.seed(self._seed(number, 1), pixels * self.settings.spp)
-        film = sampler.next_2d()
-        time = sampler.next_1d() if self.scene.sensor.shutter_open_time() > 0 else mi.Float(0)
-        aperture = sampler.next_2d() if self.scene.sensor.needs_aperture_sample() else mi.Point2f(0.5)
-        dr.eval(film, time, aperture)
-        return Spread(film, time, aperture)
-
-    def _seed(self, chunk: int, use: int) -> Any:
-        return dr.opaque(mi.UInt32, int(np.random.SeedSequence((self.seed, chunk, use)).generate_state(1)[0]))
-
-
-def two(rng: Any) -> Any:
-    return mi.Point2f(rng.next_float32(), rng.next_float32())
-
-
-def camera_ray(
-    tracer: Tracer, spread: Spread | None, u: Any, rng: Any, pixel: Any, sample: Any, active: Any
-) -> Any:
-    """The ray of a sample of a pixel: from the numbers `u` and, for more than that, `rng`, or as it was spread."""
+def camera_ray(tracer: Tracer, pixel: Any, sample: Any) -> Any:
+    """The ray of a sample of a pixel."""
     sensor, settings = tracer.scene.sensor, tracer.settings
-    if spread is None:
-        place = u
-        time = rng.next_float32() if sensor.shutter_open_time() > 0 else mi.Float(0)
-        aperture = two(rng) if sensor.needs_aperture_sample() else mi.Point2f(0.5)
-    else:
-        place, time, aperture = (
-            values if dr.width(values) == 1 else dr.gather(type(values), values, sample, active)
-            for values in (spread.film, spread.time, spread.aperture)
-        )
+    numbers = tracer.numbers.at(pixel, sample, mi.UInt32(0))
+    time = numbers.one(0) if sensor.shutter_open_time() > 0 else mi.Float(0)
+    aperture = numbers.pair(1) if sensor.needs_aperture_sample() else mi.Point2f(0.5)
     corner = mi.Point2f(pixel % settings.width, pixel // settings.width)
-    film = (corner + place) * mi.ScalarVector2f(1 / settings.width, 1 / settings.height)
+    film = (corner + numbers.two(0)) * mi.ScalarVector2f(1 / settings.width, 1 / settings.height)
     return sensor.sample_ray(time, mi.Float(0), film, aperture)[0]
 
 
 @dr.syntax
 def _trace(
     tracer: Tracer,
-    spread: Spread | None,
     log: dict[str, Any],
     height: Any,
     o: Any,
@@ -234,8 +206,6 @@ def _trace(
     pixel: Any,
     sample: Any,
     left: Any,
-    state: Any,
-    inc: Any,
 ) -> tuple[Any, dict[str, Any]]:
     """Let each lane trace its `left` samples, as far as its strip goes.
 
@@ -243,14 +213,13 @@ def _trace(
     """
     scene = tracer.scene.mitsuba_scene
     max_depth, rr_depth = tracer.settings.max_depth, tracer.settings.rr_depth
-    rng = mi.PCG32()
-    rng.state, rng.inc = state, inc
     lane = dr.arange(mi.UInt32, dr.width(left))
     slot = lane // BLOCK * (height * BLOCK) + lane % BLOCK
     used = mi.UInt32(0)
 
     while (left > 0) & (used < height):
         ray = mi.Ray3f(o, d)
+        numbers = tracer.numbers.at(pixel, sample, 2 * depth + 1)
         hit = scene.ray_intersect_preliminary(ray, coherent=False)
         si = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal | mi.RayFlags.ShadingFrame)
 
@@ -260,7 +229,7 @@ def _trace(
         origin = dr.zeros(mi.Interaction3f)
         origin.p = previous
         ds = mi.DirectionSample3f(scene, si, origin)
-        pdf_direct = scene.pdf_emitter_direction(origin, ds, seen & (depth > 0))
+        pdf_direct = tracer.lights.pdf(origin, ds, seen & (depth > 0))
         weight = dr.select(depth == 0, 1.0, mis(pdf, pdf_direct))
         sampled = dr.select(seen, emitter.eval(si, seen)[0] * weight, 0.0)
         dr.scatter(log["sampled"], sampled, slot)
@@ -280,7 +249,7 @@ def _trace(
         active &= row != END
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth
-        ds, emitted = scene.sample_emitter_direction(si, two(rng), False, active)
+        ds, emitted = tracer.lights.sample(si, numbers, active)
         cosine = dr.maximum(dr.dot(si.sh_frame.n, ds.d) * dr.sign(si.wi.z), 0.0)
         pdf_sampled = cosine * dr.inv_pi
         weight = dr.select(ds.delta, 1.0, mis(ds.pdf, pdf_sampled))
@@ -297,22 +266,21 @@ def _trace(
             dr.scatter(log["direct_light"], light, slot)
 
         # The next direction, from the cosine; roulette decides before the ray is traced.
-        u = two(rng)
-        wo = mi.warp.square_to_cosine_hemisphere(u)
+        wo = mi.warp.square_to_cosine_hemisphere(numbers.two(1))
         pdf = wo.z * dr.inv_pi
         wo.z = dr.mulsign(wo.z, si.wi.z)
         throughput *= dr.gather(mi.Float, tracer.survival, row, active)
         roulette = depth + 1 >= rr_depth
         chance = dr.clip(throughput, *SURVIVAL)
-        goes_on = active & (~roulette | (rng.next_float32() < chance))
+        goes_on = active & (~roulette | (numbers.one(0) < chance))
         gain = dr.select(roulette, dr.rcp(chance), 1.0)
         dr.scatter(log["weight"], dr.select(goes_on, gain, 0.0), slot)
         spawned = si.spawn_ray(si.to_world(wo))
 
-        # Where the path has ended, the next sample begins; the numbers `u` have served nothing then.
+        # Where the path has ended, the next sample begins.
         left = dr.select(goes_on, left, left - 1)
         sample = dr.select(goes_on, sample, sample + 1)
-        fresh = camera_ray(tracer, spread, u, rng, pixel, sample, ~goes_on & (left > 0))
+        fresh = camera_ray(tracer, pixel, sample)
         o = dr.select(goes_on, mi.Point3f(spawned.o), mi.Point3f(fresh.o))
         d = dr.select(goes_on, mi.Vector3f(spawned.d), mi.Vector3f(fresh.d))
         throughput = dr.select(goes_on, throughput * gain, 1.0)
@@ -331,8 +299,6 @@ def _trace(
         "pixel": pixel,
         "sample": sample,
         "left": left,
-        "state": rng.state,
-        "inc": rng.inc,
     }
     return used, stopped
 

@@ -1,0 +1,209 @@
+"""Render passes, each of all pixels, until the image is good enough."""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+import time
+import warnings
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from fluorspar.errors import FluorsparWarning
+from fluorspar.image.combining import AddedPixels
+from fluorspar.image.pixels import Target
+from fluorspar.image.relative_error import RelativeErrors
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.job import RenderJob
+from fluorspar.paths.chunks import trace_chunks, variant_of
+from fluorspar.paths.render import fill, keep_finished, new_target
+from fluorspar.progress import Progress
+from fluorspar.scene.settings import MOST_SAMPLES
+from fluorspar.scene.variants import use_variant
+from fluorspar.until import Until, next_samples
+
+__all__ = ["render_passes"]
+
+_LOG = logging.getLogger(__name__)
+
+_MISSED = {
+    "time": "the time is up",
+    "samples": f"a render has at most {MOST_SAMPLES:,}",
+    "interrupted": "interrupted; only finished passes are kept",
+}
+
+
+def render_passes(
+    job: RenderJob,
+    until: Until,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+    clock: Callable[[], float] = time.perf_counter,
+) -> SpectralImage:
+    """Render pass after pass, each with its own random numbers, and combine them, until the target is reached.
+
+    Parameters
+    ----------
+    job : RenderJob
+        The first pass is the image of this job, bit for bit.
+    until : Until
+        The target, and the longest time: no pass is begun that would end after it.
+    output : path-like, optional
+        A `.nc` file to stream the image to. After each pass it holds the image of all passes so far; in a pass the
+        disk holds it twice.
+    progress : callable, optional
+        Called with the samples done and an estimate of the samples in all.
+    clock : callable, optional
+        Gives seconds.
+
+    Returns
+    -------
+    SpectralImage
+        Attribute `spp`: samples per pixel of all passes. Attribute `until`: the `target`; `of`, what the error is of;
+        the `mean` and the 95th percentile `p95` of its relative standard error that were reached (None: not known);
+        the samples per pixel of each of the `passes`; and why the render `stopped`: "reached", "dark" (no pixel shows
+        light), "time", "samples" (there are no more) or "interrupted". A pass that is interrupted is not kept, unless
+        it is the first one, of which the pixels that are finished are.
+
+    Warns
+    -----
+    FluorsparWarning
+        If the target was not reached, or is not going to be.
+    """
+    passes = _Passes(job, until, output, progress, clock)
+    size = job.scene.settings.spp
+    try:
+        with use_variant(variant_of(job)):  # to change it between passes would take longer than a small one
+            while size:
+                size = passes.render(size)
+    except KeyboardInterrupt:
+        if passes.image is None:
+            raise
+        if output is not None:
+            passes.image = SpectralImage.open(output)  # the pass may have been written when the signal came
+    image = passes.image
+    assert image is not None
+    told = image.attrs["until"]
+    if progress and told["stopped"] != "interrupted":
+        progress(passes.done * passes.pixels, passes.done * passes.pixels)
+    if why := _MISSED.get(told["stopped"]):
+        _warn(f"{until} was not reached ({_in_words(told)}): {why}")
+    return image
+
+
+@dataclass
+class _Passes:
+    """The passes that are finished, and the image that they make."""
+
+    job: RenderJob
+    until: Until
+    output: str | os.PathLike[str] | None
+    progress: Progress | None
+    clock: Callable[[], float]
+    image: SpectralImage | None = None
+    sizes: list[int] = field(default_factory=list)
+    expected: float = 0.0  # samples per pixel in all
+    outlook: str = ""
+
+    def __post_init__(self) -> None:
+        self.pixels = self.job.scene.settings.width * self.job.scene.settings.height
+        self.began = self.clock()
+
+    @property
+    def done(self) -> int:
+        """Samples per pixel of the passes that are finished."""
+        return sum(self.sizes)
+
+    def render(self, size: int) -> int:
+        """Render one more pass of so many samples per pixel; return those of the next, 0 if this was the last one."""
+        pass_began = self.clock()
+        job = replace(self.job, scene=self.job.scene.with_settings(spp=size), stream=len(self.sizes))
+        size = job.scene.settings.spp  # what the sampler can do
+        errors = RelativeErrors(job.grid, self.pixels)
+        target: Target = new_target(job, self.output)
+        if self.image is not None:
+            target = AddedPixels(target, size, self.image, self.done)
+        with target:
+            try:
+                with closing(trace_chunks(job)) as chunks:
+                    fill(target, chunks, job, errors=errors, progress=self._progress(size))
+            except KeyboardInterrupt:
+                if self.image is not None:
+                    raise
+                keep_finished(target, self.pixels)
+            self.sizes.append(size)
+            partial = target.kept < self.pixels
+            more, stopped = self._next(errors, (self.clock() - pass_began) / size)
+            if partial:
+                more, stopped = 0, "interrupted"
+            told = {
+                "target": str(self.until),
+                "of": errors.of,
+                "mean": _known(errors.mean),
+                "p95": _known(errors.p95),
+                "passes": self.sizes,
+                "stopped": stopped,
+            }
+            timings = {"render": round(self.clock() - self.began, 3)}
+            attrs = {**self.job.attrs, "spp": self.done, "until": told, "timings": timings}
+            self.image = target.image(attrs, partial=partial)
+        _LOG.info("pass %d: %s%s", len(self.sizes), _in_words(told), self.outlook if more else "")
+        return more
+
+    def _next(self, errors: RelativeErrors, seconds: float) -> tuple[int, str]:
+        """Samples of the next pass, 0 if there is none, and why there is none, or why there will have been none.
+
+        Parameters
+        ----------
+        errors : RelativeErrors
+            Of all passes so far.
+        seconds : float
+            That one sample per pixel took in the last pass.
+        """
+        reached = {"error": errors.mean, "p95": errors.p95}[self.until.measure]
+        if reached <= self.until.target:
+            return 0, "reached" if errors.lit.size else "dark"
+        # the error falls with the root of the number of samples
+        wanted = self.done * (reached / self.until.target) ** 2
+        left = self.until.seconds - (self.clock() - self.began)
+        affordable = left / max(seconds, 1e-9)
+        self.expected = min(wanted, MOST_SAMPLES, self.done + max(affordable, 0.0))
+        size = next_samples(self.sizes[0], self.done, wanted, affordable)
+        if size == 0:
+            return 0, "time" if affordable < self.sizes[0] else "samples"
+        if math.isfinite(wanted):
+            time_left = (self.expected - self.done) * seconds
+            self.outlook = f"; {self.until} takes about {wanted:,.0f}, {time_left:,.0f} s to go"
+            if len(self.sizes) == 1 and wanted > MOST_SAMPLES:
+                _warn(f"{self.until} takes about {wanted:,.0f} samples per pixel, and {_MISSED['samples']}")
+        return size, "interrupted"  # what the file says if the next pass does not come to its end
+
+    def _progress(self, size: int) -> Progress | None:
+        """Report the pixels of a pass as samples of all passes; only at the very end all are done."""
+        report, before = self.progress, self.done * self.pixels
+        if report is None:
+            return None
+        whole = int(max(self.done + size, self.expected)) * self.pixels + 1
+        return lambda pixels, _: report(before + pixels * size, whole)
+
+
+def _known(error: float) -> float | None:
+    return float(f"{error:.4g}") if math.isfinite(error) else None
+
+
+def _in_words(told: dict[str, Any]) -> str:
+    samples = f"{sum(told['passes']):,} samples per pixel"
+    if told["mean"] is None:
+        return f"{samples}, standard error of {told['of']} not known"
+    return (
+        f"{samples}, relative standard error of {told['of']} {100 * told['mean']:.3g} % on average, "
+        f"{100 * told['p95']:.3g} % at the 95th percentile"
+    )
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, FluorsparWarning, stacklevel=4)
