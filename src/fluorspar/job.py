@@ -95,7 +95,7 @@ class RenderJob:
     def __post_init__(self) -> None:
         _one_of("method", self.method, METHODS)
         _one_of("variant", self.variant, (*TRACE_VARIANTS, "auto"))
-        if self.variant == "auto":  # now, because paths follow from seed and variant
+        if self.variant == "auto":  # now, because an image is the same bit for bit in one variant only
             object.__setattr__(self, "variant", "llvm" if self.method == "staged" else fastest_variant())
         _one_of("Stokes rule", self.stokes, ("half", "strict"))
         _one_of("excitation", self.excitation, ("full", "grid"))

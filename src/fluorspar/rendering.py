@@ -91,7 +91,7 @@ def render(
         With `until`: begin no pass that would end after this time, but one: `"90s"`, `"10m"`, `"1.5h"`, or seconds.
     variant : str
         `"llvm"` for the processor, `"cuda"` for an NVIDIA GPU, or `"auto"`: the GPU if it starts, else the processor;
-        the attribute `variant` says which. They trace different paths from one seed.
+        the attribute `variant` says which. From one seed they trace the same paths up to rounding.
     threads : int, optional
         Default: all cores this process may use.
     output : path, optional
