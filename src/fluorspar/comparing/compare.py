@@ -275,13 +275,10 @@ def _of_pictures(exposure: float | None, absolute: bool, adapt: bool) -> list[st
 
 
 def _same_seed(sides: tuple[Side, Side]) -> int | None:
-    """The seed of two renders by one method and variant, if it is the same: their noise is then correlated."""
+    """The seed of two renders by one method, if it is the same: their noise is then correlated."""
     a, b = sides
     if not (isinstance(a, SpectralImage) and isinstance(b, SpectralImage)):
         return None
     seed = a.attrs.get("seed")
-    same = seed == b.attrs.get("seed") and all(
-        a.attrs.get(name, other) == b.attrs.get(name, other)
-        for name, other in (("method", None), ("variant", "llvm"))
-    )
+    same = seed == b.attrs.get("seed") and a.attrs.get("method") == b.attrs.get("method")
     return seed if same and isinstance(seed, int) else None
