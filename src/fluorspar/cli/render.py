@@ -92,7 +92,7 @@ def render(
         ),
     ] = None,
     pictures: PicturesOption = None,
-    variant: VariantOption = "llvm",
+    variant: VariantOption = "auto",
     threads: ThreadsOption = None,
     mesh: MeshOption = None,
     emitters: Annotated[

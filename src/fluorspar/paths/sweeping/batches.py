@@ -7,6 +7,7 @@ With n samples in batches of n_b samples and means m_b, the squared standard err
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numba
@@ -107,7 +108,7 @@ def _error(total: Any, squares: Any, scale: Any, freedom: Any) -> Any:
     """Standard error of a mean from its batches; NaN of a single one."""
     if freedom <= 0:
         return np.float32(np.nan)
-    return np.sqrt(max(squares - scale * total * total, np.float32(0)) / freedom)
+    return math.sqrt(max(squares - scale * total * total, np.float32(0)) / freedom)
 
 
 @numba.njit(inline="always")
@@ -116,4 +117,4 @@ def _of_halves(total: Any, half: Any, first: Any, rest: Any) -> Any:
     if first == 0:
         return np.float32(np.nan)
     apart = half / first - (total - half) / rest
-    return abs(apart) * np.sqrt(first * rest) / (first + rest)
+    return abs(apart) * math.sqrt(first * rest) / (first + rest)
