@@ -17,11 +17,15 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
@@ -29,8 +33,11 @@ import fluorspar
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.colour.difference import ciede2000
 from fluorspar.comparing.whites import lab_of
+from fluorspar.errors import FluorsparWarning
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import trace_chunks
+from fluorspar.paths.render import render_chunks
+from fluorspar.paths.sweeping.gpu import why_not_on_gpu
 from fluorspar.scene.nodes import copy_nodes, kind, resolving
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, use_variant
 from rooms import KINDS, write_room
@@ -87,15 +94,17 @@ def pairs(
 
 
 def trace_only(scene: fluorspar.Scene, seed: int) -> None:
-    for _ in trace_chunks(RenderJob(scene, seed=seed)):
+    for _ in trace_chunks(RenderJob(scene, seed=seed, variant="llvm")):
         pass
 
 
-def against_stock(size: int, spp: int, count: int, ours: Callable[[fluorspar.Scene, int], object]) -> str:
+def against_stock(
+    size: int, spp: int, count: int, ours: Callable[[fluorspar.Scene, int], object], variant: str = "llvm"
+) -> str:
     """Our render, or its tracing alone, against one single-band render of stock `path`."""
     scene = fluorspar.load_scene(SCENE).with_settings(width=size, height=size, spp=spp)
     few = scene.with_settings(spp=min(spp, 64))  # to warm up
-    with use_variant(TRACE_VARIANTS["llvm"]):
+    with use_variant(TRACE_VARIANTS[variant]):
         import mitsuba as mi
 
         stock = stock_scene(scene)
@@ -125,8 +134,8 @@ def general(size: int, spp: int, count: int) -> str:
     return f"{', '.join(found)}   ({size} x {size}, {spp} samples, {count} pairs each)"
 
 
-def render(scene: fluorspar.Scene, seed: int) -> fluorspar.SpectralImage:
-    return fluorspar.render(scene, seed=seed)
+def render(scene: fluorspar.Scene, seed: int, variant: str = "llvm") -> fluorspar.SpectralImage:
+    return fluorspar.render(scene, seed=seed, variant=variant)
 
 
 def mesh_cost(size: int, spp: int, count: int, mesh: str | None) -> str:
@@ -142,7 +151,7 @@ def mesh_cost(size: int, spp: int, count: int, mesh: str | None) -> str:
 
 def recorded(size: int, spp: int) -> str:
     """Memory of light paths that are kept."""
-    paths = fluorspar.trace(SCENE, size=(size, size), spp=spp)
+    paths = fluorspar.trace(SCENE, size=(size, size), spp=spp, variant="llvm")
     return f"{paths.nbytes / (size * size * spp):.0f} B a sample   ({size} x {size}, {spp} samples)"
 
 
@@ -151,7 +160,7 @@ def relight(count: int) -> str:
     found = []
     for size, spp in ((256, 16), (512, 64)):
         scene = fluorspar.load_scene(SCENE).with_settings(width=size, height=size, spp=spp)
-        paths = fluorspar.trace(scene)
+        paths = fluorspar.trace(scene, variant="llvm")
         ours, whole, ratio = pairs(
             count,
             lambda seed, paths=paths: paths.image(lights={"light": 1 + seed / 100}),  # type: ignore[misc]
@@ -166,8 +175,8 @@ def against_few_bands(count: int) -> str:
     scene = fluorspar.load_scene(SCENE).with_settings(width=512, height=512, spp=64)
     many, few, ratio = pairs(
         count,
-        lambda seed: fluorspar.render(scene, seed=seed, wavelengths="300:780:5"),
-        lambda seed: fluorspar.render(scene, seed=seed, wavelengths="300:780:60"),
+        lambda seed: fluorspar.render(scene, seed=seed, wavelengths="300:780:5", variant="llvm"),
+        lambda seed: fluorspar.render(scene, seed=seed, wavelengths="300:780:60", variant="llvm"),
     )
     return f"{ratio:.2f} x   ({many:.2f} s against {few:.2f} s, {count} pairs)"
 
@@ -205,8 +214,8 @@ def fluorophores(size: int, spp: int, count: int) -> str:
         more = scene(rank)
         _, _, ratio = pairs(
             count,
-            lambda seed, more=more: fluorspar.render(more, seed=seed),  # type: ignore[misc]
-            lambda seed: fluorspar.render(one, seed=seed),
+            lambda seed, more=more: render(more, seed),  # type: ignore[misc]
+            lambda seed: render(one, seed),
         )
         found.append(f"{'full matrix' if rank is None else rank} {ratio:.3f} x")
     return f"{', '.join(found)}   ({size} x {size}, {spp} samples, {count} pairs each)"
@@ -245,7 +254,7 @@ def memory() -> str:
     with tempfile.TemporaryDirectory() as folder:
         out = str(Path(folder, "box.nc"))
         subprocess.run(
-            command("render", SCENE, "--size", "1024x1024", "--spp", "256", "-o", out),
+            command("render", SCENE, "--size", "1024x1024", "--spp", "256", "--variant", "llvm", "-o", out),
             check=True,
             capture_output=True,
         )
@@ -255,7 +264,18 @@ def memory() -> str:
 def cold_start() -> str:
     """A small render from a cold shell, second run."""
     with tempfile.TemporaryDirectory() as folder:
-        run = command("render", SCENE, "--size", "64x64", "--spp", "16", "-o", str(Path(folder, "a.nc")))
+        run = command(
+            "render",
+            SCENE,
+            "--size",
+            "64x64",
+            "--spp",
+            "16",
+            "--variant",
+            "llvm",
+            "-o",
+            str(Path(folder, "a.nc")),
+        )
         times = []
         for _ in range(4):
             began = time.perf_counter()
@@ -290,6 +310,72 @@ def comparison(size: int) -> str:
     return "; ".join(found)
 
 
+def gpu_agreement(name: str, size: int, spp: int) -> str:
+    """The same light paths, traced on the GPU, swept there and on the processor: largest deviations."""
+    scene = fluorspar.load_scene(name).with_settings(width=size, height=size, spp=spp)
+    job = RenderJob(scene, seed=1, variant="cuda", component_errors=True)
+    there = render_chunks(trace_chunks(job), job).dataset
+    with (
+        mock.patch("fluorspar.paths.render.sweeps_on_gpu", return_value=False),
+        mock.patch("fluorspar.paths.chunks.sweeps_on_gpu", return_value=False),
+        warnings.catch_warnings(),
+    ):
+        warnings.simplefilter("ignore", FluorsparWarning)
+        here = render_chunks(trace_chunks(job), job).dataset
+    found = []
+    for variable in ("radiance", "standard_error", "component_standard_error"):
+        a, b = there[variable].values, here[variable].values
+        found.append(f"{variable} {np.abs(a - b).max() / np.abs(b).max():.1e}")
+    return f"{name}: {', '.join(found)} of the largest value   ({size} x {size}, {spp} samples)"
+
+
+def gpu_relight(size: int, spp: int, count: int) -> str:
+    """Another image of light paths that are kept: the first one unpacks them, the others sweep what is on the GPU."""
+    scene = fluorspar.load_scene(SCENE).with_settings(width=size, height=size, spp=spp)
+    paths = fluorspar.trace(scene, variant="cuda")
+    times = [
+        seconds(lambda seed: paths.image(lights={"light": 1 + seed / 100}), seed) for seed in range(count)
+    ]
+    return f"{statistics.median(times[2:]):.3f} s, first {times[0]:.2f} s   ({size} x {size}, {spp} samples)"
+
+
+def gpu_memory(name: str, size: int, spp: int) -> str:
+    """Most memory of the GPU in use while an image is rendered, by whomever."""
+    from numba import cuda
+
+    most, done = 0, threading.Event()
+
+    def watch() -> None:
+        nonlocal most
+        while not done.wait(0.005):
+            free, total = cuda.current_context().get_memory_info()
+            most = max(most, total - free)
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        scene = fluorspar.load_scene(name).with_settings(width=size, height=size, spp=spp)
+        took = seconds(lambda seed: render(scene, seed, "cuda"), 1)
+    finally:
+        done.set()
+        watcher.join()
+    return f"{name}: {most / 2**30:.2f} GiB, {took:.1f} s with compiling   ({size} x {size}, {spp} samples)"
+
+
+def gpu() -> str:
+    """All that is to be known of a GPU; it needs one, and `pip install 'fluorspar[cuda]'`."""
+    if fault := why_not_on_gpu():
+        return fault
+    lines = [
+        gpu_agreement(SCENE, 128, 64),
+        gpu_agreement("still-life", 128, 64),
+        "whole render / stock 1 band: " + against_stock(512, 64, 7, partial(render, variant="cuda"), "cuda"),
+        "relit: " + gpu_relight(512, 64, 12),
+        *(gpu_memory(name, 1024, spp) for name in (SCENE, "still-life") for spp in (64, 256)),
+    ]
+    return "".join(f"\n    {line}" for line in lines)
+
+
 TABLES: dict[str, tuple[str, Callable[[argparse.Namespace], str]]] = {
     "trace": ("trace alone / stock 1 band, 64 spp", lambda _: against_stock(512, 64, 5, trace_only)),
     "stock": (
@@ -306,6 +392,7 @@ TABLES: dict[str, tuple[str, Callable[[argparse.Namespace], str]]] = {
     "denoise": ("a box of 16 samples, denoised", lambda _: denoised(512, 16, 2048)),
     "memory": ("peak memory, 1024 x 1024 x 69, 256 spp, to .nc", lambda _: memory()),
     "compare": ("compare two images, 1024 x 1024 x 69, 7 components", lambda _: comparison(1024)),
+    "gpu": ("with --variant cuda, where there is a GPU", lambda _: gpu()),
     "cold": ("64 x 64, 16 spp from a cold shell", lambda _: cold_start()),
 }
 

@@ -93,3 +93,14 @@ def test_what_is_no_grid(grid: object) -> None:
 def test_options_of_another_type(options: dict[str, object]) -> None:
     with pytest.raises(OptionError, match="expected"):
         job(**options)
+
+
+@pytest.mark.parametrize("fastest", ["cuda", "llvm"])
+def test_a_job_says_which_variant_auto_is(fastest: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is chosen when the job is made: another process, with another machine, must trace the same paths."""
+    monkeypatch.setattr("fluorspar.job.fastest_variant", lambda: fastest)
+    mine = job(variant="auto")
+    monkeypatch.setattr("fluorspar.job.fastest_variant", lambda: "another")
+    for each in (mine, pickle.loads(pickle.dumps(mine)), replace(mine, seed=2)):
+        assert each.variant == each.attrs["variant"] == fastest
+    assert job(method="staged", variant="auto").variant == "llvm"

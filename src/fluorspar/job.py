@@ -20,7 +20,7 @@ from fluorspar.scene.loading import load_scene
 from fluorspar.scene.sample_sets import error_freedom
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.settings import whole
-from fluorspar.scene.variants import TRACE_VARIANTS
+from fluorspar.scene.variants import TRACE_VARIANTS, fastest_variant
 from fluorspar.spectral.light import light_on
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.until import Until
@@ -53,7 +53,8 @@ class RenderJob:
     component_errors : bool
         Estimate a standard error for each component, not only for the total.
     variant : str
-        `"llvm"` or `"cuda"`.
+        `"llvm"` or `"cuda"`; or `"auto"`, which becomes the faster of them that starts here, `"llvm"` for the staged
+        method.
     threads : int, optional
         Default: all cores this process may use.
     options : StagedOptions, optional
@@ -84,7 +85,7 @@ class RenderJob:
     stokes: Stokes = "half"
     excitation: str = "full"
     component_errors: bool = False
-    variant: str = "llvm"
+    variant: str = "auto"
     threads: int | None = None
     options: Any = None
     relit: Mapping[str, Any] = field(default_factory=dict)
@@ -93,7 +94,9 @@ class RenderJob:
 
     def __post_init__(self) -> None:
         _one_of("method", self.method, METHODS)
-        _one_of("variant", self.variant, tuple(TRACE_VARIANTS))
+        _one_of("variant", self.variant, (*TRACE_VARIANTS, "auto"))
+        if self.variant == "auto":  # now, because an image is the same bit for bit in one variant only
+            object.__setattr__(self, "variant", "llvm" if self.method == "staged" else fastest_variant())
         _one_of("Stokes rule", self.stokes, ("half", "strict"))
         _one_of("excitation", self.excitation, ("full", "grid"))
         _one_of("value of component_errors", self.component_errors, (True, False))
@@ -198,6 +201,7 @@ class RenderJob:
         return {
             "version": __version__,
             "method": self.method,
+            "variant": self.variant,
             "spp": settings.spp,
             "error_freedom": error_freedom(settings) if self.method == "paths" else None,
             "seed": self.seed,

@@ -45,7 +45,7 @@ def render(
     component_errors: bool = False,
     until: str | None = None,
     max_time: str | float | None = None,
-    variant: str = "llvm",
+    variant: str = "auto",
     threads: int | None = None,
     output: str | os.PathLike[str] | None = None,
     progress: Progress | bool | None = None,
@@ -90,7 +90,8 @@ def render(
     max_time : str or float, optional
         With `until`: begin no pass that would end after this time, but one: `"90s"`, `"10m"`, `"1.5h"`, or seconds.
     variant : str
-        `"llvm"`, or `"cuda"` for an NVIDIA GPU.
+        `"llvm"` for the processor, `"cuda"` for an NVIDIA GPU, or `"auto"`: the GPU if it starts, else the processor;
+        the attribute `variant` says which. From one seed they trace the same paths up to rounding.
     threads : int, optional
         Default: all cores this process may use.
     output : path, optional
@@ -208,7 +209,7 @@ def trace(
     rr_depth: int | None = None,
     materials: Mapping[str, str | Path | Material] | None = None,
     excitation: str = "full",
-    variant: str = "llvm",
+    variant: str = "auto",
     threads: int | None = None,
     output: str | os.PathLike[str] | None = None,
     progress: Progress | bool | None = None,

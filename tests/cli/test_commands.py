@@ -18,6 +18,7 @@ import fluorspar as package
 from fluorspar import COMPONENTS, SpectralImage
 from fluorspar.cli.main import app
 from fluorspar.image.formats.registry import SUFFIXES_WRITTEN
+from fluorspar.paths.sweeping.gpu import why_not_on_gpu
 from fluorspar.scene.builtin import BUILTIN
 
 
@@ -227,6 +228,9 @@ def test_doctor(fluorspar: CommandLine) -> None:
     assert re.fullmatch(r"works, with LLVM \d+\..*", facts["llvm_ad_mono"])
     assert facts["scalar_spectral"] == "works"
     assert facts["cuda_ad_mono"].startswith(("works", "does not work: "))
+    assert facts["OptiX"].startswith(("found", "not found: libnvoptix.so.1"))
+    assert facts["GPU sweep"] == (why_not_on_gpu() or "works")
+    assert facts["numba-cuda"] == "not installed" or "numba-cuda is missing" not in facts["GPU sweep"]
 
 
 @pytest.mark.parametrize("command", commands(typer.main.get_command(app)), ids=" ".join)

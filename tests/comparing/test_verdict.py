@@ -151,6 +151,11 @@ class TestSameSeed:
         a, b = noisy(1, seed=0, method="paths"), noisy(2, seed=0, method="staged")
         assert compare(a, b).images.noise.differs is False
 
+    def test_variants_trace_the_same_paths_of_a_seed(self):
+        a, b = (noisy(1, seed=0, method="paths", variant=variant) for variant in ("llvm", "cuda"))
+        b = SpectralImage(b.dataset.assign(radiance=b.dataset.radiance * np.float32(1.001)))
+        assert compare(a, b).images.noise.differs is None
+
     def test_an_image_and_itself_is_no_alarm(self):
         a = noisy(1, seed=0, method="paths")
         found = compare(a, a)

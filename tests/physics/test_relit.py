@@ -105,11 +105,13 @@ def test_lights_and_materials_at_once(scene: str, change: dict[str, Any]) -> Non
     fresh = [render_job(RenderJob(changed, kept[0].wavelengths, seed=100 + seed)) for seed in seeds]
     difference = sum(image.total().values for image in kept) - sum(image.total().values for image in fresh)
     variance = sum(image.dataset.standard_error.values**2 for image in (*kept, *fresh))
-    z = (difference / np.sqrt(variance))[..., 5]
-    n = z.size
+    walls = ~np.any([image.component("source").values.any(axis=-1) for image in (*kept, *fresh)], axis=0)
+    difference, variance = difference[walls, 5], variance[walls, 5]
+    z, n = difference / np.sqrt(variance), difference.size
     # Skew: the sums of both sides have it alike, so it cancels in the difference.
     assert abs(z.mean()) < 3.5 / np.sqrt(n)
-    assert abs(z.std() - 1) < 3.5 / np.sqrt(2 * n) + 0.02  # 8 x 32 batches: Student-t, 1.004
+    # Neighbours share errors, which are right on average and not for each of the unlike pixels of so small an image.
+    assert abs(np.sqrt(np.mean(difference**2) / np.mean(variance)) - 1) < 3.5 / np.sqrt(2 * n) + 0.02
 
 
 def test_a_factor_is_a_factor(box: LightPaths) -> None:

@@ -20,6 +20,7 @@ _PACKAGES = (
     "drjit",
     "numpy",
     "numba",
+    "numba-cuda",
     "xarray",
     "h5netcdf",
     "OpenEXR",
@@ -43,11 +44,19 @@ with use_variant("{variant}"):
 
 
 def doctor() -> None:
-    """Say which LLVM is used, which variants work, versions and cores.
+    """Say which LLVM is used, which variants work, what a GPU lacks, versions and cores.
 
     Example:  fluorspar doctor
     """
-    from fluorspar.scene.variants import SPECTRUM_VARIANT, TRACE_VARIANTS, find_llvm, usable_cores
+    from fluorspar.paths.sweeping.gpu import why_not_on_gpu
+    from fluorspar.scene.variants import (
+        OPTIX_MISSING,
+        SPECTRUM_VARIANT,
+        TRACE_VARIANTS,
+        find_llvm,
+        has_optix,
+        usable_cores,
+    )
 
     def line(label: str, text: object) -> None:
         console.out.print(f"{label:<20}{text}", markup=False, highlight=False)
@@ -81,6 +90,8 @@ def doctor() -> None:
             ]
             # The last line of our own errors says how to mend them.
             line(variant, f"does not work: {last.strip().removeprefix('fix:').strip()}")
+    line("OptiX", "found" if has_optix() else OPTIX_MISSING)
+    line("GPU sweep", why_not_on_gpu() or "works")
     if not (works["spectra"] and works["llvm"]):
         console.error("rendering will not work on this machine")
         raise typer.Exit(2)

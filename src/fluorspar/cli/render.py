@@ -96,7 +96,7 @@ def render(
     ] = None,
     denoise: DenoiseOption = False,
     pictures: PicturesOption = None,
-    variant: VariantOption = "llvm",
+    variant: VariantOption = "auto",
     threads: ThreadsOption = None,
     mesh: MeshOption = None,
     emitters: Annotated[

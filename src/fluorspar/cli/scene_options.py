@@ -90,7 +90,10 @@ SensorOption: TypeAlias = Annotated[
 ]
 
 VariantOption: TypeAlias = Annotated[
-    str, typer.Option(metavar="llvm|cuda", help="The processor, or an NVIDIA GPU.")
+    str,
+    typer.Option(
+        metavar="auto|llvm|cuda", help="The processor, or an NVIDIA GPU; auto: the GPU if it starts."
+    ),
 ]
 
 MeshOption: TypeAlias = Annotated[

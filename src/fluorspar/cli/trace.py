@@ -57,7 +57,7 @@ def trace(
     rr_depth: RrDepthOption = None,
     matte: MatteOption = False,
     sensor: SensorOption = None,
-    variant: VariantOption = "llvm",
+    variant: VariantOption = "auto",
     threads: ThreadsOption = None,
     mesh: MeshOption = None,
 ) -> None:

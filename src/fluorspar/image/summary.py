@@ -97,7 +97,7 @@ def summarise(dataset: xr.Dataset) -> Summary:
         "size": f"{width} x {height} pixels" + (f", {memory:,.3g} GB in memory" if memory >= 0.1 else ""),
         "wavelengths": f"{grid}" if "bands" in str(grid) else f"{grid}, {len(grid)} bands",
         "scene": attrs.get("scene"),
-        "method": attrs.get("method"),
+        "method": ", variant ".join(str(attrs[name]) for name in ("method", "variant") if name in attrs),
         "samples": None
         if "spp" not in attrs
         else f"{attrs['spp']} per pixel, seed {attrs.get('seed', 'not known')}",

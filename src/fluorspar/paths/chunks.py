@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Generator
+from contextlib import nullcontext
 from itertools import pairwise
 from typing import Any
 
@@ -13,14 +14,17 @@ from numpy.typing import NDArray
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
 from fluorspar.paths.numbering import numbered, rows_shown
+from fluorspar.paths.sweeping.gpu import gpu_memory, sweeps_on_gpu
 from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
 from fluorspar.spectral.light import means_over_bands
 
 __all__ = ["CHUNK", "trace_chunks", "variant_of"]
 
-# Paths traced at a time; constants, because the random numbers of a pixel depend on them. A small chunk stays in a
-# processor's caches, a large one keeps a GPU busy: 2^21 instead of 2^19 halves the time of tracing on an H200.
+# Paths traced at a time. The paths of a pixel are the same whatever this is, but standard errors are pooled within a
+# chunk, so it is constant. A small chunk stays in a processor's caches, a large one keeps a GPU busy: 2^21 instead of
+# 2^19 halves the time of tracing on an H200. A path has room for 10 to 16 entries of 16 bytes (24 with several lights,
+# 72 with five terms a vertex), and two chunks are in memory: at 2^21 up to 1, 1.5 and 4.5 GiB.
 CHUNK = {"llvm": 1 << 19, "cuda": 1 << 21}
 _TEXELS = 1000  # of a picture that is a light, to find its mean
 
@@ -49,11 +53,12 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
     # Of equal length, because standard errors are pooled within them.
     edges = np.linspace(0, pixels, -(-pixels // per_chunk) + 1).astype(int).tolist()
     runs = [(first, stop - first) for first, stop in pairwise(edges)]
-    with use_variant(variant_of(job)):
+    with use_variant(variant_of(job)), gpu_memory() if job.variant == "cuda" else nullcontext():
         threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
         try:
             tracer = _tracer(job, kept)
+            tracer.on_gpu = not kept and sweeps_on_gpu(job.variant)
             begun: deque[Any] = deque()
             for number, run in enumerate(runs):
                 begun.append(tracer.start(number, *run))

@@ -28,6 +28,7 @@ from fluorspar.paths.numbering import count_rows, rows_shown
 from fluorspar.paths.packed import PackedChunk, pack, unpack
 from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
 from fluorspar.paths.render import render_chunks
+from fluorspar.paths.sweeping.gpu import chunk_on_gpu, sweeps_on_gpu
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.lights import Light
 from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, light_ids, relit
@@ -37,7 +38,8 @@ from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["LightPaths", "in_words", "load_paths", "trace_job"]
 
-_HELD = 512 * 2**20  # bytes of unpacked paths that are kept for the next image
+# Bytes of unpacked paths that are kept for the next image, in memory or in that of a GPU.
+_HELD, _HELD_ON_GPU = 512 * 2**20, 2 * 2**30
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -97,7 +99,8 @@ class LightPaths:
         where = f" in {self.chunks.path}" if isinstance(self.chunks, PathsInFile) else ""
         return (
             f"<LightPaths of '{self.job.scene.name}': {settings.width} x {settings.height} pixels, "
-            f"{settings.spp} samples, seed {self.job.seed}{partly}; {self.nbytes / 2**20:.0f} MiB{where}, "
+            f"{settings.spp} samples, seed {self.job.seed}, "
+            f"variant {self.job.variant}{partly}; {self.nbytes / 2**20:.0f} MiB{where}, "
             f"{self.nbytes / (self.pixels * settings.spp):.0f} B a sample>"
         )
 
@@ -273,14 +276,17 @@ class LightPaths:
                 yield from chunks
                 return
         held: list[Chunk] | None = []
+        on_gpu = sweeps_on_gpu(job.variant)
         with ThreadPoolExecutor(job.threads or usable_cores()) as pool:
             for packed in self.chunks:
                 chunk = unpack(packed, row_of, beyond, pool)
                 if spp < traced:
                     chunk = first_samples(chunk, spp)
+                if on_gpu:
+                    chunk = chunk_on_gpu(chunk)
                 if held is not None:
                     held.append(chunk)
-                    if sum(each.log.nbytes for each in held) > _HELD:
+                    if sum(each.log.nbytes for each in held) > (_HELD_ON_GPU if on_gpu else _HELD):
                         held = None
                 yield chunk
         if held is not None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BLOCK", "END", "ENTRIES", "OF_TERMS", "SURVIVAL", "Chunk", "Log", "lanes_per_pixel"]
+__all__ = ["BLOCK", "END", "ENTRIES", "OF_TERMS", "SURVIVAL", "Chunk", "Log", "flat", "lanes_per_pixel"]
 
 BLOCK = 16  # lanes whose entries lie side by side in memory, so that all lanes of a register write one line
 END = 0xFFFFFFFF  # `row` of an entry whose ray has met no surface that light leaves again
@@ -134,3 +134,9 @@ def lanes_per_pixel(spp: int) -> int:
     (1, 16)
     """
     return -(-spp // _LONGEST_LANE)
+
+
+def flat(log: Log) -> Log:
+    """See the entries of a log as one line; in the memory of a GPU they are already."""
+    lines = {name: getattr(log, name) for name in ENTRIES}
+    return log._replace(**{name: v if v.ndim == 1 else v.reshape(-1) for name, v in lines.items()})

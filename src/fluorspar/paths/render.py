@@ -7,6 +7,7 @@ import time
 import warnings
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
 
 from fluorspar.errors import FluorsparWarning
 from fluorspar.image.pixels import PixelsInFile, PixelsInMemory, Target
@@ -14,6 +15,7 @@ from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
+from fluorspar.paths.sweeping.gpu import sweeps_on_gpu, why_not_on_gpu
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables, lobe_tables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
 from fluorspar.paths.sweeping.sweep import sweep
@@ -21,7 +23,10 @@ from fluorspar.progress import Progress
 from fluorspar.scene.sample_sets import sample_sets
 from fluorspar.scene.variants import usable_cores
 
-__all__ = ["fill", "keep_finished", "new_target", "render_chunks"]
+if TYPE_CHECKING:
+    from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
+
+__all__ = ["fill", "keep_finished", "new_target", "render_chunks", "tables_of"]
 
 
 def render_chunks(
@@ -78,12 +83,18 @@ def fill(
     """Sweep the light paths of a job into a target, and collect the relative errors of what is kept there."""
     settings = job.scene.settings
     with ThreadPoolExecutor(job.threads or usable_cores()) as pool:
-        tables = _tables(job)
+        tables = tables_of(job)
+        gpu = _gpu(job, tables)
+        untold = job.variant == "cuda" and gpu is None and job.stream == 0
         row_length = settings.width if sample_sets(settings) == 2 else None
         for chunk in chunks:
+            if untold:  # only now it is certain that the GPU traces
+                text = f"light paths are traced on the GPU, but swept on the CPU: {why_not_on_gpu()}"
+                warnings.warn(text, FluorsparWarning, stacklevel=5)
+                untold = False
             first, count = chunk.first_pixel, chunk.pixels
             room, at = target.room(first, count)
-            sweep(chunk, tables, pool, room, at, settings.spp, row_length=row_length)
+            sweep(chunk, tables, pool, room, at, settings.spp, gpu, row_length=row_length)
             del chunk  # its log goes before the next one comes
             target.keep(first, count)
             if errors is not None:
@@ -101,7 +112,16 @@ def keep_finished(target: Target, pixels: int) -> None:
         warnings.warn(text, FluorsparWarning, stacklevel=5)
 
 
-def _tables(job: RenderJob) -> SpectralTables | LobeTables:
+def _gpu(job: RenderJob, tables: SpectralTables | LobeTables) -> SweepOnGpu | None:
+    """What sweeps on a GPU, for paths that were traced on one."""
+    if sweeps_on_gpu(job.variant):
+        from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
+
+        return SweepOnGpu(tables, job.component_errors)
+    return None
+
+
+def tables_of(job: RenderJob) -> SpectralTables | LobeTables:
     """Spectra of the scene's materials and lights on the computed grid."""
     grid, lobes = job.computed_grid, job.scene.lobes
     matrices = job.matrices()

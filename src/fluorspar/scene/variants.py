@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import ctypes.util
 import os
 import sys
@@ -9,6 +10,7 @@ import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -18,10 +20,13 @@ from fluorspar.scene.renderer_log import renderer_log
 
 __all__ = [
     "LOBE_VARIANTS",
+    "OPTIX_MISSING",
     "SPECTRUM_VARIANT",
     "TRACE_VARIANTS",
     "configure_llvm",
+    "fastest_variant",
     "find_llvm",
+    "has_optix",
     "usable_cores",
     "use_variant",
 ]
@@ -33,6 +38,9 @@ LOBE_VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
 # Spectra of Mitsuba plugins are read in this one: it evaluates them at any wavelength.
 SPECTRUM_VARIANT = "scalar_spectral"
 OLDEST_LLVM = 16
+OPTIX_MISSING = (
+    "not found: libnvoptix.so.1 comes with NVIDIA's driver; in a container set NVIDIA_DRIVER_CAPABILITIES=all"
+)
 # A variant is a setting of the whole process, and so are Dr.Jit's threads and Mitsuba's file resolver.
 _TURN = threading.RLock()
 
@@ -98,6 +106,33 @@ def _set_variant(name: str) -> None:
         # Mitsuba loads its differentiable integrators anew each time, and after 140 times Dr.Jit warns of that.
         warnings.filterwarnings("ignore", message="The AST-transforming decorator", category=RuntimeWarning)
         mi.set_variant(name)
+
+
+@cache
+def fastest_variant() -> str:
+    """Name what traces fastest here: `"cuda"` where there are a GPU's driver and OptiX, else `"llvm"`.
+
+    Examples
+    --------
+    >>> fastest_variant() in ("llvm", "cuda")
+    True
+    """
+    configure_llvm()
+    with undisturbed():
+        import drjit as dr
+
+        return "cuda" if dr.has_backend(dr.JitBackend.CUDA) and has_optix() else "llvm"
+
+
+def has_optix() -> bool:
+    """Whether there is the library that Mitsuba traces rays on a GPU with; it comes with the driver."""
+    if sys.platform != "linux":  # elsewhere it lies among the files of the driver
+        return True
+    try:
+        ctypes.CDLL(os.environ.get("DRJIT_LIBOPTIX_PATH", "libnvoptix.so.1"))
+    except OSError:
+        return False
+    return True
 
 
 @contextmanager

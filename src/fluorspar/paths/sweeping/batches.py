@@ -7,6 +7,7 @@ With n samples in batches of n_b samples and means m_b, the squared standard err
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numba
@@ -71,11 +72,13 @@ def store(
     errors: Any,
     halves: Any,
     at: int,
+    lamps: int,
 ) -> None:
     """Write the means and standard errors of pixel `p`, of the last of the `computed` bands that it has room for.
 
     And the standard errors by the scatter of the two halves of its samples to pixel `at` of `halves`, of shape
-    (components + 1, P, N), or (1, P, N) for the total alone, which comes last.
+    (components + 1, P, N), or (1, P, N) for the total alone, which comes last. They are NaN where only some of the
+    samples, `lamps` of them, show a lamp: the error of such a pixel is unlike that of its neighbours.
     """
     bands = radiance.shape[2]
     skip = computed - bands
@@ -85,6 +88,8 @@ def store(
         for j in range(bands):
             radiance[c, p, j] = scale * y[c, skip + j]
     first = np.float32(batches // 2 * spp // batches)
+    if 0 < lamps < spp:
+        first = np.float32(0)
     rest = np.float32(spp) - first
     for j in range(bands):
         halves[-1, at, j] = _of_halves(tally.sums[TOTAL, skip + j], tally.half[TOTAL, skip + j], first, rest)
@@ -103,7 +108,7 @@ def _error(total: Any, squares: Any, scale: Any, freedom: Any) -> Any:
     """Standard error of a mean from its batches; NaN of a single one."""
     if freedom <= 0:
         return np.float32(np.nan)
-    return np.sqrt(max(squares - scale * total * total, np.float32(0)) / freedom)
+    return math.sqrt(max(squares - scale * total * total, np.float32(0)) / freedom)
 
 
 @numba.njit(inline="always")
@@ -112,4 +117,4 @@ def _of_halves(total: Any, half: Any, first: Any, rest: Any) -> Any:
     if first == 0:
         return np.float32(np.nan)
     apart = half / first - (total - half) / rest
-    return abs(apart) * np.sqrt(first * rest) / (first + rest)
+    return abs(apart) * math.sqrt(first * rest) / (first + rest)

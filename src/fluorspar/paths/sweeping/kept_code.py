@@ -7,6 +7,8 @@ import logging
 import pickle
 import warnings
 import zlib
+from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -15,7 +17,7 @@ from numba.core.serialize import dumps
 
 from fluorspar.errors import FluorsparWarning
 
-__all__ = ["FAST", "fingerprint", "keep_code"]
+__all__ = ["FAST", "fingerprint", "fingerprint_of_folder", "keep_code", "keep_gpu_code"]
 
 # Sums may be reordered for SIMD; NaN and infinity keep their meaning.
 FAST = {"reassoc", "contract", "nsz", "arcp"}
@@ -38,15 +40,16 @@ class _Checked(CompileResultCacheImpl):  # type: ignore[misc]
         return super().rebuild(target_context, pickle.loads(data))
 
 
-class _Cache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache, whose faults are warnings. Numba itself ends a call with whatever reading or writing raised."""
+class _Announced:
+    """A cache of Numba's whose faults are warnings. Numba itself ends a call with what reading or writing raised."""
 
-    _impl_class = _Checked
     what: str
+    cache_path: str
+    flush: Callable[[], None]
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
-            code = super().load_overload(sig, target_context)
+            code = super().load_overload(sig, target_context)  # type: ignore[misc]
         except (
             Exception
         ) as err:  # what `pickle` raises for a file that is empty, cut off or of other bytes: anything
@@ -58,7 +61,7 @@ class _Cache(FunctionCache):  # type: ignore[misc]
         return code
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        self._attempt(super().save_overload, sig, data)
+        self._attempt(super().save_overload, sig, data)  # type: ignore[misc]
 
     def _attempt(self, write: Any, *arguments: Any) -> None:
         try:
@@ -69,6 +72,10 @@ class _Cache(FunctionCache):  # type: ignore[misc]
     def _warn(self, fault: str, err: Exception, rest: str) -> None:
         text = f"compiled code in {self.cache_path} {fault} ({type(err).__name__}: {err}){rest}"
         warnings.warn(text, FluorsparWarning, stacklevel=2)
+
+
+class _Cache(_Announced, FunctionCache):  # type: ignore[misc]
+    _impl_class = _Checked
 
 
 def fingerprint(*modules: ModuleType) -> int:
@@ -94,8 +101,23 @@ def keep_code(kernel: Any, what: str) -> None:
     FluorsparWarning
         If there is no folder to keep it in; later, if its file is damaged or cannot be written.
     """
+    _keep(kernel, _Cache, what)
+
+
+def keep_gpu_code(kernel: Any, what: str) -> None:
+    """Let a kernel for a GPU look for its code on disk, and keep it there; see `keep_code`."""
+    from numba import config
+
+    if config.ENABLE_CUDASIM:
+        return  # nothing is compiled
+    from numba.cuda.dispatcher import CUDACache
+
+    _keep(kernel, type("GpuCache", (_Announced, CUDACache), {}), what)
+
+
+def _keep(kernel: Any, kind: type[Any], what: str) -> None:
     try:
-        cache = _Cache(kernel.py_func)
+        cache = kind(kernel.py_func)
     except RuntimeError:
         _LOG.warning("compiling %s: some seconds", what)
         text = f"there is no folder to keep compiled code in: compiling takes its seconds each time; {_FIX}"
@@ -103,3 +125,11 @@ def keep_code(kernel: Any, what: str) -> None:
         return
     cache.what = what
     kernel._cache = cache  # as `cache=True` does
+
+
+def fingerprint_of_folder() -> int:
+    """A number of all source that the sweep on a GPU may be compiled from."""
+    folder, package = Path(__file__).parent, Path(__file__).parents[2]
+    others = ("paths/log.py", "image/components.py", "scene/lobes/lobe.py")
+    files = [*sorted(folder.glob("*.py")), *(package / name for name in others)]
+    return zlib.crc32(b"".join(file.read_bytes() for file in files))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -36,7 +36,7 @@ from fluorspar.paths.sweeping.camera_vertex import (
 from fluorspar.paths.sweeping.kept_code import FAST, fingerprint, keep_code
 from fluorspar.paths.sweeping.propagate import Path, new_path, propagate, read_path
 
-__all__ = ["compiled", "new_scratch"]
+__all__ = ["Scratch", "compiled", "new_scratch", "sweep_pixel", "together"]
 
 _VERTICES = 32
 
@@ -65,6 +65,72 @@ def new_scratch(rows: int, width: int, room: int) -> Scratch:
     )
 
 
+@numba.njit(inline="always")
+def together() -> None:
+    """Where several threads sweep one pixel, wait for the others: they keep one record of the path and of rows."""
+
+
+@numba.njit(inline="always")
+def sweep_pixel(
+    p: int,
+    spp: int,
+    parts: int,
+    batches: int,
+    log: Any,
+    tables: Any,
+    scratch: Any,
+    one_light: bool,
+    component_errors: bool,
+    width: int,
+) -> int:
+    """Sweep all samples of a pixel into `y` and `tally` of the scratch; return how many show a lamp, -1 for lack of room."""
+    path, pixel, tally, y, total = scratch
+    seen = 0
+    part = 0
+    lamps = 0
+    slot = np.int64(p * parts)
+    entry = np.int64(0)
+    next_part = 0
+    for b in range(batches):
+        begin = b * spp // batches
+        end = (b + 1) * spp // batches
+        for s in range(begin, end):
+            if s == next_part:
+                slot = np.int64(p * parts + part)
+                entry = np.int64(log.strips[slot // BLOCK, 0])
+                part += 1
+                next_part = part * spp // parts
+            together()
+            n, source, light, slot, entry = read_path(log, slot, entry, path, one_light)
+            together()
+            if n < 0:
+                return -1
+            if source > 0:
+                lamps += 1
+                add_source(pixel, source, light, tables.lights, width)
+            if n > 0:
+                luminesced = propagate(path, n, tables, one_light, width)
+                row = path.vertex[0, 0]
+                place = np.int64(pixel.place[row])
+                together()
+                if place < 0:
+                    if seen == len(pixel.row):
+                        return -1
+                    place = np.int64(seen)
+                    pixel.place[row] = seen
+                    pixel.row[seen] = row
+                    seen += 1
+                collect(pixel, place, path, n, luminesced, tables.lights, one_light, width)
+        close_batch(pixel, seen, y, total, tables, one_light, component_errors, width)
+        count(tally, TOTAL, total, end - begin, b, batches, width)
+        if component_errors:
+            for c in range(COMPONENT_COUNT):
+                count(tally, c, y[c], end - begin, b, batches, width)
+    together()
+    close_pixel(pixel, seen, y, tables, width)
+    return lamps
+
+
 @cache
 def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..., int]:
     """Compile the sweep for a padded number of bands; compiled code is kept on disk.
@@ -88,49 +154,16 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
     @numba.njit(nogil=True, fastmath=FAST, _nrt=False)
     def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, halves, at, scratch):  # type: ignore[no-untyped-def]
         _ = version  # a captured value is part of the key under which Numba keeps compiled code
-        path, pixel, tally, y, total = scratch
         for p in range(first, stop):
-            seen = 0
-            part = 0
-            slot = np.int64(p * parts)
-            entry = np.int64(0)
-            next_part = 0
-            for b in range(batches):
-                begin = b * spp // batches
-                end = (b + 1) * spp // batches
-                for s in range(begin, end):
-                    if s == next_part:
-                        slot = np.int64(p * parts + part)
-                        entry = np.int64(log.strips[slot // BLOCK, 0])
-                        part += 1
-                        next_part = part * spp // parts
-                    n, source, light, slot, entry = read_path(log, slot, entry, path, one_light)
-                    if n < 0:
-                        return p
-                    if source > 0:
-                        add_source(pixel, source, light, tables.lights, width)
-                    if n > 0:
-                        luminesced = propagate(path, n, tables, one_light, width)
-                        row = path.vertex[0, 0]
-                        place = np.int64(pixel.place[row])
-                        if place < 0:
-                            if seen == len(pixel.row):
-                                return p
-                            place = np.int64(seen)
-                            pixel.place[row] = seen
-                            pixel.row[seen] = row
-                            seen += 1
-                        collect(pixel, place, path, n, luminesced, tables.lights, one_light, width)
-                close_batch(pixel, seen, y, total, tables, one_light, component_errors, width)
-                count(tally, TOTAL, total, end - begin, b, batches, width)
-                if component_errors:
-                    for c in range(COMPONENT_COUNT):
-                        count(tally, c, y[c], end - begin, b, batches, width)
-            close_pixel(pixel, seen, y, tables, width)
+            lamps = sweep_pixel(
+                p, spp, parts, batches, log, tables, scratch, one_light, component_errors, width
+            )
+            if lamps < 0:
+                return p
             store(
                 at + p,
-                y,
-                tally,
+                scratch.y,
+                scratch.tally,
                 spp,
                 batches,
                 tables.bands,
@@ -140,6 +173,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
                 errors,
                 halves,
                 p,
+                lamps,
             )
         return stop
 

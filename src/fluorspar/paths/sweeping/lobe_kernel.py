@@ -13,6 +13,7 @@ and the camera vertex, where direct and indirect light are told apart, the compo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -26,11 +27,13 @@ from fluorspar.image import components as components_module
 from fluorspar.paths import log as log_module
 from fluorspar.paths.log import BLOCK, END
 from fluorspar.paths.sweeping import batches as batches_module
+from fluorspar.paths.sweeping import kernel as kernel_module
 from fluorspar.paths.sweeping import luminesce as luminesce_module
 from fluorspar.paths.sweeping import registers as registers_module
 from fluorspar.paths.sweeping import spectral_tables as spectral_tables_module
 from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, TOTAL, Tally, count, new_tally, store
 from fluorspar.paths.sweeping.kept_code import FAST, fingerprint, keep_code
+from fluorspar.paths.sweeping.kernel import together
 from fluorspar.paths.sweeping.luminesce import luminesce
 from fluorspar.paths.sweeping.registers import collect, colour, reflect
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
@@ -253,7 +256,7 @@ def _put_colour(path: Any, to: int, tables: Any, number: int, width: int) -> Non
         elif operation == FULL:
             k1, k2 = -one, two
         for j in range(width):
-            out[to, j] = k0 + k1 * np.sqrt(out[to, j]) + k2 * out[to, j]
+            out[to, j] = k0 + k1 * math.sqrt(out[to, j]) + k2 * out[to, j]
 
 
 @numba.njit(inline="always")
@@ -364,6 +367,68 @@ def _luminesce_terms(path: Any, k: int, h: Any, luminesced: bool, tables: Any, y
     return True
 
 
+@numba.njit(inline="always")
+def sweep_lobe_pixel(
+    p: int,
+    spp: int,
+    parts: int,
+    batches: int,
+    log: Any,
+    tables: Any,
+    scratch: Any,
+    component_errors: bool,
+    width: int,
+) -> int:
+    """Sweep all samples of a pixel into `sums` and `tally` of the scratch; see `sweep_pixel` of `kernel.py`."""
+    path, tally, y, sums, total = scratch
+    terms = len(log.row) // len(log.sampled)
+    one_light = len(log.direct_light) == 0
+    part = 0
+    lamps = 0
+    slot = np.int64(p * parts)
+    entry = np.int64(0)
+    next_part = 0
+    for c in tables.components:
+        for j in range(width):
+            sums[c, j] = 0
+    for b in range(batches):
+        begin = b * spp // batches
+        end = (b + 1) * spp // batches
+        for c in tables.components:
+            for j in range(width):
+                y[c, j] = 0
+        for s in range(begin, end):
+            if s == next_part:
+                slot = np.int64(p * parts + part)
+                entry = np.int64(log.strips[slot // BLOCK, 0])
+                part += 1
+                next_part = part * spp // parts
+            together()
+            n, source, light, slot, entry = _read_path(log, slot, entry, path, terms, one_light)
+            together()
+            if n < 0:
+                return -1
+            if source > 0:
+                lamps += 1
+                _light(path.shining, 1, light, tables, width)
+                for j in range(width):
+                    y[0, j] += source * path.shining[1, j]
+            if n > 0:
+                _sweep_path(path, n, tables, y, width)
+        for j in range(width):
+            total[j] = 0
+        for c in tables.components:
+            for j in range(width):
+                total[j] += y[c, j]
+            for j in range(width):
+                sums[c, j] += y[c, j]
+        count(tally, TOTAL, total, end - begin, b, batches, width)
+        if component_errors:
+            for c in tables.components:
+                count(tally, c, y[c], end - begin, b, batches, width)
+    return lamps
+
+
 @cache
 def compiled_for_lobes(width: int) -> Callable[..., int]:
     """Compile the sweep for a padded number of bands; see `compiled` of `kernel.py`."""
@@ -371,6 +436,7 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
         components_module,
         log_module,
         batches_module,
+        kernel_module,
         luminesce_module,
         registers_module,
         spectral_tables_module,
@@ -380,54 +446,15 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
     @numba.njit(nogil=True, fastmath=FAST, _nrt=False)
     def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, halves, at, scratch):  # type: ignore[no-untyped-def]
         _ = version
-        path, tally, y, sums, total = scratch
-        terms = len(log.row) // len(log.sampled)
-        one_light = len(log.direct_light) == 0
         component_errors = errors.shape[1] > 0
         for p in range(first, stop):
-            part = 0
-            slot = np.int64(p * parts)
-            entry = np.int64(0)
-            next_part = 0
-            for c in tables.components:
-                for j in range(width):
-                    sums[c, j] = 0
-            for b in range(batches):
-                begin = b * spp // batches
-                end = (b + 1) * spp // batches
-                for c in tables.components:
-                    for j in range(width):
-                        y[c, j] = 0
-                for s in range(begin, end):
-                    if s == next_part:
-                        slot = np.int64(p * parts + part)
-                        entry = np.int64(log.strips[slot // BLOCK, 0])
-                        part += 1
-                        next_part = part * spp // parts
-                    n, source, light, slot, entry = _read_path(log, slot, entry, path, terms, one_light)
-                    if n < 0:
-                        return p
-                    if source > 0:
-                        _light(path.shining, 1, light, tables, width)
-                        for j in range(width):
-                            y[0, j] += source * path.shining[1, j]
-                    if n > 0:
-                        _sweep_path(path, n, tables, y, width)
-                for j in range(width):
-                    total[j] = 0
-                for c in tables.components:
-                    for j in range(width):
-                        total[j] += y[c, j]
-                    for j in range(width):
-                        sums[c, j] += y[c, j]
-                count(tally, TOTAL, total, end - begin, b, batches, width)
-                if component_errors:
-                    for c in tables.components:
-                        count(tally, c, y[c], end - begin, b, batches, width)
+            lamps = sweep_lobe_pixel(p, spp, parts, batches, log, tables, scratch, component_errors, width)
+            if lamps < 0:
+                return p
             store(
                 at + p,
-                sums,
-                tally,
+                scratch.sums,
+                scratch.tally,
                 spp,
                 batches,
                 tables.spectra.bands,
@@ -437,6 +464,7 @@ def compiled_for_lobes(width: int) -> Callable[..., int]:
                 errors,
                 halves,
                 p,
+                lamps,
             )
         return stop
 

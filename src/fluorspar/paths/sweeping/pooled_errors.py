@@ -8,7 +8,8 @@ is
     mean(v) (0.7 + 0.3 s / mean(s)),
 
 with means over a window of 49 pixels around it: the neighbours tell how large the noise is, and s how it differs from
-pixel to pixel. Pixels that show a lamp are left out, and their error is that of batches. Against converged images the
+pixel to pixel. Pixels at the rim of a lamp, which only some samples show, are left out, and their error is that of
+batches. Against converged images the
 deviations in these standard errors have a standard deviation of 0.96 to 1.03 (Cornell box, an open scene; 16 and 64
 samples).
 """
@@ -36,7 +37,6 @@ _TASKS = 8
 def pool_errors(
     errors: NDArray[np.float32],
     halves: NDArray[np.float32],
-    lamps: NDArray[np.bool_],
     first_pixel: int,
     row_length: int,
 ) -> list[Callable[[], None]]:
@@ -47,9 +47,7 @@ def pool_errors(
     errors : ndarray of shape (P, N)
         By the scatter of batches; replaced.
     halves : ndarray of shape (P, N)
-        By the scatter of the two halves.
-    lamps : ndarray of shape (P,)
-        Pixels that show a lamp.
+        By the scatter of the two halves; NaN for pixels that are left out.
     first_pixel, row_length : int
         Place of the run in the image, and pixels of a row.
 
@@ -65,7 +63,7 @@ def pool_errors(
     edges = np.linspace(first_pixel // row_length, last, _TASKS + 1).astype(int).tolist()
 
     def work(begin: int, end: int) -> Callable[[], None]:
-        return lambda: _pool(errors, squares, halves, lamps, first_pixel, row_length, *reach, begin, end)
+        return lambda: _pool(errors, squares, halves, first_pixel, row_length, *reach, begin, end)
 
     return [work(*edge) for edge in pairwise(edges) if edge[0] < edge[1]]
 
@@ -75,7 +73,6 @@ def _pool(
     errors: Any,
     squares: Any,
     halves: Any,
-    lamps: Any,
     first: int,
     width: int,
     across: int,
@@ -97,7 +94,7 @@ def _pool(
             apart[x] = 0
             for row in range(y - down, y + down + 1):
                 p = row * width + x - first
-                if 0 <= p < pixels and not lamps[p]:
+                if 0 <= p < pixels and not np.isnan(halves[p, 0]):
                     counts[x] += 1
                     for j in range(bands):
                         scatter[x, j] += squares[p, j]
@@ -105,7 +102,7 @@ def _pool(
                         apart[x, j] += halves[p, j] * halves[p, j]
         for x in range(width):
             p = y * width + x - first
-            if p < 0 or p >= pixels or lamps[p]:
+            if p < 0 or p >= pixels or np.isnan(halves[p, 0]):
                 continue
             s[:] = 0
             v[:] = 0

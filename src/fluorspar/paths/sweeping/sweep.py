@@ -21,17 +21,21 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, wait
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fluorspar.image.pixels import Pixels
-from fluorspar.paths.log import ENTRIES, Chunk, lanes_per_pixel
+from fluorspar.paths.log import Chunk, flat, lanes_per_pixel
 from fluorspar.paths.sweeping.kernel import compiled, new_scratch
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables, compiled_for_lobes, new_lobe_scratch
 from fluorspar.paths.sweeping.pooled_errors import pool_errors
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables
 from fluorspar.scene.sample_sets import batch_count
+
+if TYPE_CHECKING:
+    from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
 
 __all__ = ["sweep"]
 
@@ -46,6 +50,7 @@ def sweep(
     out: Pixels,
     at: int = 0,
     samples: int | None = None,
+    gpu: SweepOnGpu | None = None,
     *,
     row_length: int | None = None,
 ) -> None:
@@ -66,12 +71,40 @@ def sweep(
         Pixel of `out` that the first one of the chunk becomes.
     samples : int, optional
         Only so many of the samples of each pixel are swept, the first ones of each lane, at least one a lane.
+    gpu : SweepOnGpu, optional
+        Made of the same tables; it sweeps in place of the threads, which gives the same numbers up to rounding.
     row_length : int, optional
         Pixels of a row of the image; the samples of a pixel are then two sets, and standard errors are pooled over
         neighbours, see `pooled_errors.py`.
     """
-    log, component_errors = chunk.log, out.component_standard_error is not None
-    one_light = len(log.direct_light) == 0
+    swept = min(samples or chunk.spp, chunk.spp)
+    counts = swept, lanes_per_pixel(chunk.spp), batch_count(swept)
+    bands, errors = out.radiance.shape[2], out.component_standard_error
+    halves = np.empty((1 if errors is None else len(errors) + 1, chunk.pixels, bands), np.float32)
+    own = out[at : at + chunk.pixels]
+    if gpu is None:
+        _sweep_on_cpu(chunk, counts, tables, pool, out, at, halves)
+    else:
+        gpu.sweep(counts, flat(chunk.log), pool, own, halves)
+    if row_length is not None:
+        of_components = own.component_standard_error
+        estimated = [*(() if of_components is None else of_components), own.standard_error]
+        for by_batches, by_halves in zip(estimated, halves, strict=True):
+            _do(pool, pool_errors(by_batches, by_halves, chunk.first_pixel, row_length))
+
+
+def _sweep_on_cpu(
+    chunk: Chunk,
+    counts: tuple[int, int, int],
+    tables: SpectralTables | LobeTables,
+    pool: Executor,
+    out: Pixels,
+    at: int,
+    halves: NDArray[np.float32],
+) -> None:
+    """Run the kernels of the processor; `counts` are samples of a pixel, its lanes and its batches."""
+    log = flat(chunk.log)
+    one_light, component_errors = len(log.direct_light) == 0, out.component_standard_error is not None
     scratch_for: Callable[[int], Any]
     if isinstance(tables, LobeTables):
         width = len(tables.wavelengths)
@@ -82,15 +115,11 @@ def sweep(
         rows, width = tables.reflectance.shape
         kernel = compiled(width, one_light, component_errors)
         scratch_for = partial(new_scratch, rows, width)
-    flat = log._replace(**{name: getattr(log, name).reshape(-1) for name in ENTRIES})
-    errors = out.component_standard_error if component_errors else out.radiance[:, :0]
-    halves = np.empty(
-        (len(errors) + 1 if component_errors else 1, chunk.pixels, out.radiance.shape[2]), np.float32
-    )
+    errors = out.component_standard_error
+    if errors is None:
+        errors = out.radiance[:, :0]
 
     def run(first: int, stop: int) -> None:
-        swept = min(samples or chunk.spp, chunk.spp)
-        counts = swept, lanes_per_pixel(chunk.spp), batch_count(swept)
         room = _ROOM
         while first < stop:
             scratch: Any = scratch_for(room)
@@ -98,7 +127,7 @@ def sweep(
                 first,
                 stop,
                 *counts,
-                flat,
+                log,
                 tables,
                 out.radiance,
                 out.standard_error,
@@ -111,12 +140,6 @@ def sweep(
 
     edges = np.linspace(0, chunk.pixels, _TASKS + 1).astype(int).tolist()
     _do(pool, [partial(run, *edge) for edge in pairwise(edges)])
-    if row_length is not None:
-        run_of = slice(at, at + chunk.pixels)
-        lamps = out.radiance[0, run_of].any(axis=1)
-        estimated = [*(errors[:, run_of] if component_errors else ()), out.standard_error[run_of]]
-        for by_batches, by_halves in zip(estimated, halves, strict=True):
-            _do(pool, pool_errors(by_batches, by_halves, lamps, chunk.first_pixel, row_length))
 
 
 def _do(pool: Executor, work: Iterable[Callable[[], None]]) -> None:

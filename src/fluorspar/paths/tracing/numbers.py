@@ -108,7 +108,8 @@ def _points(bits: int) -> NDArray[np.uint32]:
     points = qmc.Sobol(2 << _PAIRS_BITS, scramble=False, bits=32).random(1 << bits)
     octets = (points * 2.0**32).astype(">u4").view(np.uint8)
     reversed_bits = np.packbits(np.unpackbits(octets), bitorder="little").view("<u4").reshape(points.shape).T
-    return (reversed_bits[::2] | reversed_bits[1::2] << 16).astype(np.uint32)[list(_ORDER)]
+    pairs: NDArray[np.uint32] = (reversed_bits[::2] | reversed_bits[1::2] << 16).astype(np.uint32)
+    return pairs[list(_ORDER)]
 
 
 def _hash(x: Any) -> Any:

@@ -78,6 +78,7 @@ class Tracer:
         self.settings = settings
         self.seed = seed
         self.terms = 1
+        self.on_gpu = False  # whether entries of the log stay in the memory of the GPU, flat
         self.light_of_emitter = mi.UInt32(scene.light_of_emitter)
         self.one_light = len(scene.light_of_emitter) == 0 or len(scene.mitsuba_scene.emitters()) == 1
         self.survival = mi.Float(np.asarray(survival, dtype=np.float32))
@@ -158,7 +159,9 @@ class Tracer:
             launches.append(self._launch(state, started.launch.height))
         longest = (len(launches) - 1) * started.launch.height + int(dr.max(launches[-1].used)[0])
         self._room = min(max(1.1 * longest / self._longest_lane, 2.0), _MOST_ROOM)
-        return Chunk(started.first_pixel, started.pixels, self.settings.spp, _log(launches, self.terms))
+        return Chunk(
+            started.first_pixel, started.pixels, self.settings.spp, _log(launches, self.terms, self.on_gpu)
+        )
 
     def _launch(self, state: dict[str, Any], height: int) -> _Launch:
         """Allocate a strip for each lane and launch the kernel that fills them."""
@@ -305,11 +308,15 @@ def mis(pdf: Any, other: Any) -> Any:
     return dr.select(pdf > 0, dr.rcp(1 + dr.square(other / pdf)), 0.0)
 
 
-def _log(launches: list[_Launch], terms: int) -> Log:
+def _log(launches: list[_Launch], terms: int, on_gpu: bool) -> Log:
     """Put launches behind one another; see them as numpy arrays, copied only from a GPU or if there are several."""
     fields = {}
     for name in ENTRIES:
-        parts = [launch.log.pop(name).numpy() for launch in launches]
+        parts = [launch.log.pop(name) for launch in launches]
+        if on_gpu:
+            fields[name] = _joined(parts, terms if name in OF_TERMS else 1)
+            continue
+        parts = [part.numpy() for part in parts]
         shape = (terms, -1, BLOCK) if terms > 1 and name in OF_TERMS else (-1, BLOCK)
         parts = [part.reshape(shape) if len(part) > 1 else part[:0].reshape(0, BLOCK) for part in parts]
         fields[name] = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-2)
@@ -327,5 +334,25 @@ def _log(launches: list[_Launch], terms: int) -> Log:
         follow = np.full(blocks * BLOCK, -1, dtype=np.int32)
         follow[going_on] = slot + np.arange(len(going_on))
         goes_on.append(follow)
+    if on_gpu:
+        dr.sync_thread()  # who reads them next does not follow Dr.Jit's stream
     whole = {"strips": strips, "goes_on": goes_on, "used": of_lanes}
     return Log(**fields, **{name: np.concatenate(parts) for name, parts in whole.items()})
+
+
+def _joined(parts: list[Any], terms: int) -> Any:
+    """Put entries of launches behind one another, term by term, where they are; none where they are not recorded."""
+    if len(parts[0]) == 1:
+        return parts[0].numpy()[:0]
+    if len(parts) == 1:
+        return parts[0]
+    runs = []
+    for term in range(terms):
+        for part in parts:
+            size = len(part) // terms
+            runs.append(
+                dr.gather(type(part), part, dr.arange(mi.UInt32, size) + dr.opaque(mi.UInt32, term * size))
+            )
+    joined = dr.concat(runs)
+    dr.eval(joined)
+    return joined
