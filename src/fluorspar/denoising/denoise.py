@@ -119,7 +119,12 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
     error = np.empty((*noisy.shape[:2], picture.spectra.shape[1]), np.float32)
 
     def put(rows: slice) -> None:
-        error[rows] = np.sqrt(np.square(left[rows]) @ np.square(picture.spectra))
+        by_channels = np.sqrt(np.square(left[rows]) @ np.square(picture.spectra))
+        # Between channels errors are shared, and not smaller than on average.
+        on_average = left[rows].mean(axis=2, keepdims=True) / np.maximum(
+            picture.clean[rows].mean(axis=2, keepdims=True), np.finfo(np.float32).tiny
+        )
+        error[rows] = np.maximum(by_channels, on_average * np.abs(picture.clean[rows] @ picture.spectra))
         if lamps[rows].any() and "standard_error" in dataset:
             of_lamps = values_of(dataset, "standard_error", rows)
             error[rows][lamps[rows]] = np.hypot(error[rows], of_lamps)[lamps[rows]]
