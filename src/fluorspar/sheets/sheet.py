@@ -369,7 +369,9 @@ def _dataset(
         "luminescent_share": (at, found.glowing, _said("1", "share of the luminance that has luminesced")),
     }
     attrs: dict[str, Any] = {
-        name: found.attrs[name] for name in ("version", "scene", "spp", "seed", "denoised") if name in found.attrs
+        name: found.attrs[name]
+        for name in ("version", "scene", "spp", "seed", "denoised")
+        if name in found.attrs
     }
     attrs |= {
         "wavelengths": str(grid),
