@@ -70,7 +70,8 @@ def second_moment(radiance: Array) -> NDArray[np.float64]:
     level = spectra.mean(axis=1)
     weighted = spectra / np.maximum(level, _DARKEST * level.mean())[:, np.newaxis]
     parts = np.array_split(np.arange(len(spectra)), -(-len(spectra) // _AT_ONCE))
-    return np.asarray(sum(weighted[part].T @ spectra[part] for part in parts))
+    moments: NDArray[np.float64] = np.sum([weighted[part].T @ spectra[part] for part in parts], axis=0)
+    return moments
 
 
 def channel_spectra(ranges: Array, moment: NDArray[np.float64]) -> Array:

@@ -83,7 +83,7 @@ def sweep_pixel(
     component_errors: bool,
     width: int,
 ) -> int:
-    """Sweep all samples of a pixel into `y` and `tally` of the scratch; return how many show a lamp, -1 for lack of room."""
+    """Sweep all samples of a pixel into `y` and `tally` of the scratch; return how many show a lamp, -1: no room."""
     path, pixel, tally, y, total = scratch
     seen = 0
     part = 0
