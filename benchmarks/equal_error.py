@@ -11,6 +11,10 @@ out.
 Or time for the one-pass method to reach the same error in a hall of many lamps and in one of one lamp:
 
     python benchmarks/equal_error.py --lamps 200 [--size 64] [--spp 256]
+
+Or how noisy an image is against one of independent random numbers, and whether its standard errors say so:
+
+    python benchmarks/equal_error.py --samples [--size 64] [--spp 64]
 """
 
 from __future__ import annotations
@@ -63,6 +67,77 @@ def lamps(count: int, size: int, spp: int) -> None:
                 )
 
 
+_CAMERA = """<sensor type="perspective"> <float name="fov" value="50"/> <transform name="to_world">
+    <lookat origin="0, 1.5, 5.5" target="0, 0.7, 0" up="0, 1, 0"/> </transform> <film type="hdrfilm"/> </sensor>"""
+_BALL = """<shape type="sphere"> <point name="center" x="0" y="0.7" z="0"/> <float name="radius" value="0.7"/>
+    <bsdf type="diffuse"> <spectrum name="reflectance" value="0.4"/> </bsdf> </shape>"""
+# Under the sky that is black; and a white room with a lamp that shines up to its ceiling.
+_OPEN = """<shape type="rectangle"> <transform name="to_world"> <scale value="4"/> <rotate x="1" angle="-90"/>
+    </transform> <bsdf type="diffuse"> <spectrum name="reflectance" value="0.6"/> </bsdf> </shape>
+    <emitter type="point"> <point name="position" x="-2" y="3" z="2"/> <spectrum name="intensity" value="20"/>
+    </emitter> <shape type="rectangle"> <transform name="to_world"> <scale value="0.5"/> <rotate x="1" angle="90"/>
+    <translate x="1" y="4"/> </transform> <emitter type="area"> <spectrum name="radiance" value="10"/> </emitter>
+    </shape>"""
+_BOUNCE = """<shape type="cube"> <transform name="to_world"> <scale x="3" y="2" z="6"/> <translate y="2"/> </transform>
+    <bsdf type="twosided"> <bsdf type="diffuse"> <spectrum name="reflectance" value="0.85"/> </bsdf> </bsdf> </shape>
+    <shape type="rectangle"> <transform name="to_world"> <scale value="0.5"/> <rotate x="1" angle="-90"/>
+    <translate x="1.5" y="3"/> </transform> <emitter type="area"> <spectrum name="radiance" value="10"/> </emitter>
+    </shape>"""
+
+
+def samples(size: int, spp: int, reference: int) -> None:
+    """Print the noise of a few scenes, and how far off a converged image they are in their standard errors."""
+    fluorspar.render("furnace", size=(8, 8), spp=1)  # sets a variant
+    from fluorspar.paths.tracing import numbers
+
+    sets = numbers.sample_sets
+    grid, shape = Wavelengths(400, 700, 100), (size, size)
+    with tempfile.TemporaryDirectory() as folder:
+        for name, parts in (("cornell-box", ""), ("open", _OPEN), ("bounce", _BOUNCE)):
+            file: str | Path = name
+            if parts:
+                file = Path(folder, f"{name}.xml")
+                file.write_text(f'<scene version="3.0.0"> {_CAMERA} {_BALL} {parts} </scene>')
+            scene = load_scene(file).with_settings(width=size, height=size, spp=spp)
+            truth = fluorspar.render(scene, spp=reference, wavelengths=grid, seed=99)
+            images = [fluorspar.render(scene, wavelengths=grid, seed=seed) for seed in range(8)]
+            numbers.sample_sets = lambda settings: settings.spp  # each sample a set of its own
+            independent = [fluorspar.render(scene, wavelengths=grid, seed=seed) for seed in range(8)]
+            numbers.sample_sets = sets
+            some = (truth, *images, *independent)
+            dark = ~np.any([image.component("source").values.any(axis=-1) for image in some], axis=0)
+            print(
+                f"{name}, {shape[0]} x {shape[1]}, {spp} samples: variance over that of independent numbers"
+            )
+            for part in ("total", "direct_reflection", "direct_luminescence", "indirect_reflection"):
+                spread, alone = (
+                    np.var(
+                        [
+                            image.dataset.radiance.values.sum(axis=0)
+                            if part == "total"
+                            else image.component(part).values
+                            for image in each
+                        ],
+                        axis=0,
+                        ddof=1,
+                    )[dark].sum()
+                    for each in (images, independent)
+                )
+                if alone > 0:
+                    print(f"  {part:20} {spread / alone:.3f}")
+            off = np.array([image.total().values - truth.total().values for image in images])[:, dark]
+            errors = [
+                np.hypot(i.dataset.standard_error, truth.dataset.standard_error).values[dark] for i in images
+            ]
+            lit = np.min(errors, axis=0) > 0
+            z = (off / np.where(lit, errors, 1))[:, lit]
+            print(
+                f"  standard deviation of z {z.std():.3f}, mean {z.mean():+.3f}, beyond 3: {np.mean(abs(z) > 3):.2%}"
+            )
+            mean = np.mean([image.total().values[dark].mean() for image in images])
+            print(f"  mean of the image off by {mean / truth.total().values[dark].mean() - 1:+.3%}")
+
+
 def noise(scene: Scene, images: int = 8) -> tuple[float, float]:
     """Mean variance of a sample of a pixel without lamps in it, over the squared mean; seconds for an image."""
     grid = Wavelengths(400, 700, 100)
@@ -87,7 +162,11 @@ def main() -> None:
     parser.add_argument("--emitters", type=int, default=8)
     parser.add_argument("--wavelengths", default="360:700:5")
     parser.add_argument("--lamps", type=int, help="of a hall")
+    parser.add_argument("--samples", action="store_true", help="noise against independent random numbers")
     args = parser.parse_args()
+    if args.samples:
+        samples(args.size, args.spp, args.reference)
+        return
     if args.lamps:
         lamps(args.lamps, args.size, args.spp)
         return
