@@ -40,7 +40,7 @@ class LobeTracer(Tracer):
         # In packets of four, one gather for each: row, texture + 1, scale, and the rest.
         rest = slots.channel | slots.found.astype(np.uint32) << 3 | slots.sent.astype(np.uint32) << 4
         packets = (slots.row, (slots.texture + 1).astype(np.uint32), slots.scale.view(np.uint32))
-        self.slots = mi.UInt32(np.stack([*packets, rest | slots.angles << 5], axis=1).ravel())
+        self.slots = _aligned(mi.UInt32(np.stack([*packets, rest | slots.angles << 5], axis=1).ravel()))
         textures = scene.lobes.textures
         self.textured, self.metallic = bool((slots.texture >= 0).any()), bool(slots.angles.any())
         self.products = bool(((slots.texture >= 0) & (slots.angles > 0)).any())
@@ -58,9 +58,11 @@ class LobeTracer(Tracer):
             self.light_texture = mi.Int32([texture for texture, _ in rows])
             self.light_first = mi.UInt32([scene.lights + first for _, first in rows])
         if textures:
-            self.to_uv = mi.Float(np.array([(*t.to_uv, 0, 0) for t in textures], dtype=np.float32).ravel())
+            self.to_uv = _aligned(
+                mi.Float(np.array([(*t.to_uv, 0, 0) for t in textures], dtype=np.float32).ravel())
+            )
             kinds = [(t.width, t.height, t.bilinear, _WRAPS.index(t.wrap)) for t in textures]
-            self.grids = mi.UInt32(np.array(kinds, dtype=np.uint32).ravel())
+            self.grids = _aligned(mi.UInt32(np.array(kinds, dtype=np.uint32).ravel()))
         self.meshes = MeshColours(scene) if any(t.mesh >= 0 for t in textures) else None
 
     def first_state(self, lanes: int) -> dict[str, Any]:
@@ -266,6 +268,13 @@ def _trace(
         "left": left,
     }
     return used, stopped
+
+
+def _aligned(values: Any) -> Any:
+    """Copy to memory of Dr.Jit: how packets are gathered from numpy's, aligned by chance, would differ."""
+    copy = values + dr.opaque(type(values), 0)
+    dr.eval(copy)
+    return copy
 
 
 def _turned(matrix: Any, direction: Any) -> Any:
