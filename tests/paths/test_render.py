@@ -60,7 +60,7 @@ def traced(scene: Scene, seed: int = 0) -> Chunk:
 
         tracer = Tracer(build_trace_scene(scene), scene.settings, np.full(len(scene.materials), 0.5), seed)
         pixels = scene.settings.width * scene.settings.height
-        return tracer.finish(tracer.start(0, 0, pixels))
+        return tracer.finish(tracer.start(0, pixels))
 
 
 def vertices_of(chunk: Chunk) -> list[int]:

@@ -60,8 +60,8 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
             tracer = _tracer(job, kept)
             tracer.on_gpu = not kept and sweeps_on_gpu(job.variant)
             begun: deque[Any] = deque()
-            for number, run in enumerate(runs):
-                begun.append(tracer.start(number, *run))
+            for run in runs:
+                begun.append(tracer.start(*run))
                 # One is waiting, so that no core does while the last paths of another are traced.
                 if len(begun) > 1:
                     yield tracer.finish(begun.popleft())

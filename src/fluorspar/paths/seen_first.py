@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.scene.lobes.lobe import METAL, PLAIN, operate
+from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, use_variant
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -55,10 +56,8 @@ def _colours(scene: Scene, grid: Wavelengths, computed: Wavelengths) -> Array:
         third = slice(first * len(grid) // 3, max((first + 1) * len(grid) // 3, first * len(grid) // 3 + 1))
         colours.append(shown[:, third].mean(axis=1))
         if lobes is not None and len(lobes.colours):
-            a, b, c, operation = lobes.colours.T
-            wavelength = grid.values[third].mean()
-            x = (a * wavelength + b) * wavelength + c
-            S = 0.5 + 0.5 * x / np.sqrt(1 + x * x)
+            operation = lobes.colours[:, 3]
+            S = sigmoid(lobes.colours[:, :3], grid.values[third].mean(keepdims=True))[:, 0]
             of_texels = operate(S, np.where(operation <= METAL, PLAIN, operation))
             colours[-1] = np.concatenate([colours[-1], of_texels])
     return np.asarray(np.clip(np.stack(colours, axis=1), 0, 1), np.float32)

@@ -17,7 +17,6 @@ from fluorspar.paths.tracing.lobe_scene import build_lobe_scene
 from fluorspar.paths.tracing.lobe_tracer import LobeTracer
 from fluorspar.paths.tracing.trace_scene import build_trace_scene
 from fluorspar.paths.tracing.tracer import Tracer, camera_ray
-from fluorspar.scene.lobes.lobe import ANGLES
 from fluorspar.scene.scene import Scene
 
 __all__ = ["first_hits"]
@@ -78,11 +77,7 @@ def _look(tracer: Tracer, table: Any, first: int, pixels: int) -> tuple[Any, Any
         return _mean(colour, normal, dr.select(counts, mi.Float(1), 0.0))
     hit = tracer.scene.mitsuba_scene.ray_intersect_preliminary(ray, coherent=True)
     si = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal | mi.RayFlags.ShadingFrame)
-    shape = dr.reinterpret_array(mi.UInt32, si.shape)
-    row = dr.gather(mi.UInt32, tracer.first_row_of_shape, shape, si.is_valid())
-    row += dr.gather(mi.UInt32, tracer.rows_per_primitive, shape, si.is_valid()) * si.prim_index
-    row += dr.select(si.wi.z > 0, mi.UInt32(0), mi.UInt32(1))
-    row = dr.gather(mi.UInt32, tracer.rows, row, si.is_valid())
+    row = tracer.row_of(si)
     active = si.is_valid() & (row != END)
     colour = dr.gather(mi.Vector3f, table, row, active)
     return _mean(colour, dr.select(active, _normal(si), 0.0), mi.Float(1))
@@ -122,7 +117,7 @@ def _through_mirrors(
         shown = mi.Vector3f(0)
         terms = tracer.terms_of(si, value, weight, along, bs, tracer.pick(numbers), hit)
         for row, _, sent in terms:
-            shown += sent * dr.gather(mi.Vector3f, table, _row_of_colour(tracer, row), hit)
+            shown += sent * dr.gather(mi.Vector3f, table, tracer.texel_of(row), hit)
         colour *= shown
         normal = dr.select(hit, _normal(si), 0.0)
         number += 1
@@ -133,10 +128,3 @@ def _through_mirrors(
         spawned = si.spawn_ray(si.to_world(bs.wo))
         o, d = mi.Point3f(spawned.o), mi.Vector3f(spawned.d)
     return colour, normal, counts
-
-
-def _row_of_colour(tracer: LobeTracer, row: Any) -> Any:
-    """Of a texel on metal, which has rows for many angles, that of the texel."""
-    if not tracer.products:
-        return row
-    return dr.select(row < tracer.rows, row, tracer.first_texel + (row - tracer.rows) // ANGLES)

@@ -96,12 +96,11 @@ class LobeTracer(Tracer):
         count = 3 if self.products else 2 if self.picks else 0
         return mi.Point3f(*[numbers.one(_PICK + i) if i < count else 0 for i in range(3)])
 
-    def survival_of(self, row: Any, active: Any) -> Any:
-        """The survival of a row; of a texel on metal, that of the texel."""
-        if self.products:
-            texel = self.first_texel + (row - self.rows) // ANGLES
-            row = dr.select(row < self.rows, row, texel)
-        return dr.gather(mi.Float, self.survival, row, active)
+    def texel_of(self, row: Any) -> Any:
+        """Of a texel on metal, which has rows for many angles, the row of the texel; other rows as they are."""
+        if not self.products:
+            return row
+        return dr.select(row < self.rows, row, self.first_texel + (row - self.rows) // ANGLES)
 
     def terms_of(
         self, si: Any, value: Any, weight: Any, wo: Any, bs: Any, pick: Any, active: Any
@@ -224,7 +223,7 @@ def _trace(
         for t in range(tracer.terms):
             row, found, sent = terms[t]
             carried += sent
-            survived += sent * tracer.survival_of(row, active)
+            survived += sent * dr.gather(mi.Float, tracer.survival, tracer.texel_of(row), active)
             dr.scatter(log["direct"], dr.select(lit, found * mixed, 0.0), slot + t * per_term)
 
         # Roulette decides before the ray is traced.

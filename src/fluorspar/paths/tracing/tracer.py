@@ -43,7 +43,6 @@ class _Launch:
 class Started:
     """A chunk whose tracing has begun."""
 
-    number: int
     first_pixel: int
     pixels: int
     launch: _Launch
@@ -76,7 +75,6 @@ class Tracer:
     ) -> None:
         self.scene: Any = scene
         self.settings = settings
-        self.seed = seed
         self.terms = 1
         self.on_gpu = False  # whether entries of the log stay in the memory of the GPU, flat
         self.light_of_emitter = mi.UInt32(scene.light_of_emitter)
@@ -94,6 +92,14 @@ class Tracer:
         self.rows_per_primitive = mi.UInt32(scene.rows_per_primitive)
         self.rows = mi.UInt32(scene.rows)
 
+    def row_of(self, si: Any) -> Any:
+        """The material row of a surface that was hit; see `TraceScene`."""
+        side = dr.select(si.wi.z > 0, mi.UInt32(0), mi.UInt32(1))
+        hit, shape = si.is_valid(), dr.reinterpret_array(mi.UInt32, si.shape)
+        first = dr.gather(mi.UInt32, self.first_row_of_shape, shape, hit)
+        own = dr.gather(mi.UInt32, self.rows_per_primitive, shape, hit)
+        return dr.gather(mi.UInt32, self.rows, first + own * si.prim_index + side, hit)
+
     def _of_emitters(self, power: NDArray[np.floating] | None) -> NDArray[np.floating]:
         """The power of each emitter of the built scene."""
         emitters = self.scene.mitsuba_scene.emitters_dr()
@@ -102,8 +108,8 @@ class Tracer:
         pointers = dr.reinterpret_array(mi.UInt32, emitters).numpy()
         return np.asarray(power[self.scene.light_of_emitter[pointers]])
 
-    def start(self, number: int, first_pixel: int, pixels: int) -> Started:
-        """Launch the tracing of chunk `number`, `pixels` pixels from `first_pixel` on, without waiting for it."""
+    def start(self, first_pixel: int, pixels: int) -> Started:
+        """Launch the tracing of a chunk, `pixels` pixels from `first_pixel` on, without waiting for it."""
         lane = dr.arange(mi.UInt32, pixels * lanes_per_pixel(self.settings.spp))
         spp, parts = (
             dr.opaque(mi.UInt32, n) for n in (self.settings.spp, lanes_per_pixel(self.settings.spp))
@@ -125,7 +131,7 @@ class Tracer:
         # Not left as constants, nor as one number for all, so that lanes that begin and that go on run one kernel.
         dr.make_opaque(state)
         height = int(np.ceil(self._room * self._longest_lane))
-        return Started(number, first_pixel, pixels, self._launch(state, height))
+        return Started(first_pixel, pixels, self._launch(state, height))
 
     def first_state(self, lanes: int) -> dict[str, Any]:
         """What the loop carries besides the ray, where a path begins."""
@@ -240,13 +246,8 @@ def _trace(
             dr.scatter(log["sampled_light"], light, slot)
 
         # The vertex: which material, and direct light by next-event estimation.
-        side = dr.select(si.wi.z > 0, mi.UInt32(0), mi.UInt32(1))
-        active = si.is_valid()
-        shape = dr.reinterpret_array(mi.UInt32, si.shape)
-        first = dr.gather(mi.UInt32, tracer.first_row_of_shape, shape, active)
-        own = dr.gather(mi.UInt32, tracer.rows_per_primitive, shape, active)
-        row = dr.gather(mi.UInt32, tracer.rows, first + own * si.prim_index + side, active)
-        active &= row != END
+        row = tracer.row_of(si)
+        active = si.is_valid() & (row != END)
         if dr.hint(max_depth != UNLIMITED, mode="scalar"):
             active &= depth + 1 < max_depth
         ds, emitted = tracer.lights.sample(si, numbers, active)
