@@ -18,7 +18,9 @@ class PatientFile(io.FileIO):
     Parameters
     ----------
     path : Path
-        The file to be created.
+        The file to be created, or to be changed.
+    mode : str
+        `"w+b"` or `"r+b"`, as of `open`.
 
     Examples
     --------
@@ -30,8 +32,8 @@ class PatientFile(io.FileIO):
     8
     """
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path, "w+b")
+    def __init__(self, path: Path, mode: str = "w+b") -> None:
+        super().__init__(path, mode)
         self.error: OSError | None = None
 
     def write(self, data: Any) -> int:

@@ -135,7 +135,7 @@ def _square(values: Array) -> float:
 
 
 class Target(Protocol):
-    """Takes runs of pixels in their order: ask for `room`, fill it, `keep` it, and so on; at the end `image`."""
+    """Takes runs of pixels in any order: ask for `room`, fill it, `keep` it, and so on; at the end `image`."""
 
     def __enter__(self) -> Target: ...
 
@@ -196,7 +196,7 @@ class PixelsInMemory:
             size = f"{width} x {height} pixels, {len(COMPONENTS)} components, {len(grid)} wavelengths"
             fix = "stream it to a NetCDF file (-o NAME.nc, output='NAME.nc'), or make it smaller"
             raise OptionError(message("the image does not fit into memory", got=size, fix=fix)) from err
-        self.kept = 0
+        self._known = np.zeros(height * width, bool)
         self._finished = FinishedPixels(grid, width)
 
     def __enter__(self) -> PixelsInMemory:
@@ -205,19 +205,23 @@ class PixelsInMemory:
     def __exit__(self, *_: object) -> None:
         pass
 
+    @property
+    def kept(self) -> int:
+        return int(np.count_nonzero(self._known))
+
     def room(self, first: int, count: int) -> tuple[Pixels, int]:
         return self._all, first
 
     def keep(self, first: int, count: int) -> None:
         self._finished.add(first, self._all[first : first + count])
-        self.kept = first + count
+        self._known[first : first + count] = True
 
     def image(self, attrs: Mapping[str, Any], *, partial: bool) -> SpectralImage:
         self._finished.finish()
-        rest = self._all[self.kept :]
-        for values in (rest.radiance, rest.standard_error, rest.component_standard_error):
-            if values is not None:
-                values[...] = np.nan
+        if not self._known.all():
+            for values in (self._all.radiance, self._all.standard_error, self._all.component_standard_error):
+                if values is not None:
+                    values[..., ~self._known, :] = np.nan
         shape = (self._height, self._width, len(self._grid))
         errors = self._all.component_standard_error
         return SpectralImage.from_arrays(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import nullcontext
 from itertools import pairwise
 from typing import Any
@@ -19,7 +19,10 @@ from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
 from fluorspar.spectral.light import means_over_bands
 
-__all__ = ["CHUNK", "trace_chunks", "variant_of"]
+__all__ = ["CHUNK", "Run", "runs_of", "trace_chunks", "variant_of"]
+
+Run = tuple[int, int]
+"""Number of the first pixel of a chunk, and how many pixels it has."""
 
 # Paths traced at a time. The paths of a pixel are the same whatever this is, but standard errors are pooled within a
 # chunk, so it is constant. A small chunk stays in a processor's caches, a large one keeps a GPU busy: 2^21 instead of
@@ -29,30 +32,45 @@ CHUNK = {"llvm": 1 << 19, "cuda": 1 << 21}
 _TEXELS = 1000  # of a picture that is a light, to find its mean
 
 
-def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
+def runs_of(job: RenderJob) -> list[Run]:
+    """The runs of pixels that are traced together, row by row from the top left: always the same for a job.
+
+    They have nearly equal lengths, because standard errors are pooled within each.
+
+    Examples
+    --------
+    >>> runs_of(RenderJob.of("cornell-box", size=(1000, 10), spp=64, variant="llvm"))
+    [(0, 5000), (5000, 5000)]
+    """
+    settings = job.scene.settings
+    pixels = settings.width * settings.height
+    per_chunk = max(1, CHUNK[job.variant] // settings.spp)
+    edges = np.linspace(0, pixels, -(-pixels // per_chunk) + 1).astype(int).tolist()
+    return [(first, stop - first) for first, stop in pairwise(edges)]
+
+
+def trace_chunks(
+    job: RenderJob, runs: Iterable[Run] | None = None, *, kept: bool = False
+) -> Generator[Chunk]:
     """Trace the light paths of one run of pixels after another.
 
     Parameters
     ----------
     job : RenderJob
         Same seed, same paths, bit for bit, whatever the number of threads.
+    runs : iterable of (int, int), optional
+        Some of `runs_of(job)`; default: all. The next one is asked for while the one before is traced.
     kept : bool
         With rows of `numbered`, so that materials may be changed afterwards.
 
     Yields
     ------
     Chunk
-        Row by row from the top left. While the caller works on it, the next one is being traced; two are in memory if
-        the caller keeps none.
+        Of each run. While the caller works on it, the next one is being traced; two are in memory if the caller keeps
+        none.
     """
     import drjit as dr
 
-    settings = job.scene.settings
-    pixels = settings.width * settings.height
-    per_chunk = max(1, CHUNK[job.variant] // settings.spp)
-    # Of equal length, because standard errors are pooled within them.
-    edges = np.linspace(0, pixels, -(-pixels // per_chunk) + 1).astype(int).tolist()
-    runs = [(first, stop - first) for first, stop in pairwise(edges)]
     with use_variant(variant_of(job)), gpu_memory() if job.variant == "cuda" else nullcontext():
         threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
@@ -60,12 +78,13 @@ def trace_chunks(job: RenderJob, *, kept: bool = False) -> Generator[Chunk]:
             tracer = _tracer(job, kept)
             tracer.on_gpu = not kept and sweeps_on_gpu(job.variant)
             begun: deque[Any] = deque()
-            for run in runs:
+            for run in runs_of(job) if runs is None else runs:
                 begun.append(tracer.start(*run))
                 # One is waiting, so that no core does while the last paths of another are traced.
                 if len(begun) > 1:
                     yield tracer.finish(begun.popleft())
-            yield tracer.finish(begun.popleft())
+            while begun:
+                yield tracer.finish(begun.popleft())
         except RuntimeError as err:
             if isinstance(err.__cause__, KeyboardInterrupt):  # Dr.Jit wraps what happens in its loops
                 raise KeyboardInterrupt from err

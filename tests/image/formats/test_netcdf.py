@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from fluorspar.errors import ImageError, OptionError
-from fluorspar.image.formats import netcdf_writer
+from fluorspar.image.formats import netcdf_layout
 from fluorspar.image.formats.netcdf import NetcdfWriter, read_netcdf, write_netcdf
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -77,9 +77,8 @@ class TestWriter:
     def test_pieces_of_any_length_in_any_order_make_the_same_file(
         self, image, tmp_path, monkeypatch, count, order
     ):
-        """Blocks of 3 rows of which 2 fit into memory, so that shuffled pieces have to be put aside."""
-        monkeypatch.setattr(netcdf_writer, "chunk_rows", lambda *_: 3)
-        monkeypatch.setattr(netcdf_writer, "_BUFFER_BYTES", 0)
+        """Blocks of 3 rows, so that pieces begin and end within them."""
+        monkeypatch.setattr(netcdf_layout, "chunk_rows", lambda *_: 3)
         radiance, error = by_pixels(image)
         firsts = np.arange(0, len(radiance), count)
         if order == "shuffled":
@@ -87,7 +86,6 @@ class TestWriter:
         with NetcdfWriter(tmp_path / "a.nc", image.wavelengths, 12, 20, image.attrs) as writer:
             for first in firsts:
                 writer.write_pixels(first, radiance[first : first + count], error[first : first + count])
-                assert len(writer._blocks) <= 2
         xr.testing.assert_identical(read_netcdf(tmp_path / "a.nc").load(), image.dataset)
 
     def test_errors_of_components_are_kept_if_announced(self, make_image, tmp_path):
@@ -158,14 +156,14 @@ class TestWriter:
     def test_ctrl_c_tears_no_row_apart(self, image, tmp_path, monkeypatch):
         """The signal comes while pixels are being filed; all are there when KeyboardInterrupt is raised."""
         radiance, error = by_pixels(image)
-        file_pixels = NetcdfWriter._block
+        put = NetcdfWriter._put
 
-        def interrupted(writer, number):
+        def interrupted(writer, *what):
             signal.raise_signal(signal.SIGINT)
-            return file_pixels(writer, number)
+            put(writer, *what)
 
         with NetcdfWriter(tmp_path / "a.nc", image.wavelengths, 12, 20, image.attrs) as writer:
-            monkeypatch.setattr(NetcdfWriter, "_block", interrupted)
+            monkeypatch.setattr(NetcdfWriter, "_put", interrupted)
             with pytest.raises(KeyboardInterrupt):
                 writer.write_pixels(0, radiance, error)
         xr.testing.assert_identical(read_netcdf(tmp_path / "a.nc").load(), image.dataset)

@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fluorspar.files.patient_file import PatientFile
 from fluorspar.image.dataset import DIMS, VARIABLES, WAVELENGTH_ATTRS, variable_attrs
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["chunk_rows", "create"]
+__all__ = ["chunk_rows", "create", "places"]
 
 _CHUNK_BYTES = 16 * 2**20  # rows of all components that go to the file together
 
@@ -37,6 +38,7 @@ def create(
     variables: Sequence[str],
     attrs: Mapping[str, Any],
     compress: bool = False,
+    in_place: bool = False,
 ) -> Any:
     """Lay out a NetCDF file without pixels: what is never written reads as NaN and takes no space.
 
@@ -52,6 +54,8 @@ def create(
         Attributes of the image, for quantity and unit.
     compress : bool
         Whether to pack the numbers without loss.
+    in_place : bool
+        Give all pixels their `places` now, to be written there past HDF5; what is never written reads as 0.
 
     Returns
     -------
@@ -61,6 +65,7 @@ def create(
     import h5netcdf
     import h5py
 
+    options: dict[str, Any]
     file = h5netcdf.File(stream, "w")
     sizes = dict(zip(DIMS, (len(components), height, width, len(wavelengths)), strict=True))
     file.dimensions = sizes
@@ -75,7 +80,34 @@ def create(
         dims = VARIABLES[name][1]
         chunks = tuple(extents[dim] for dim in dims)
         missing = np.float32(np.nan)
-        packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if compress else {}
-        variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks, **packed)
+        options = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if compress else {}
+        if in_place:
+            options["dcpl"] = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+            options["dcpl"].set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+            options["dcpl"].set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks, **options)
         variable.attrs.update(variable_attrs(name, attrs))
     return file
+
+
+def places(stream: PatientFile, variables: Sequence[str]) -> tuple[int, dict[str, NDArray[np.int64]]]:
+    """Where the pixels of a file lie that was created `in_place` and closed.
+
+    Returns
+    -------
+    rows : int
+        Rows of a block: float32, pixel after pixel.
+    places : dict of str to ndarray of shape (C or 1, blocks)
+        For each variable the byte at which a layer of a block begins.
+    """
+    import h5py
+
+    found = {}
+    with h5py.File(stream, "r") as file:
+        for name in variables:
+            data = file[name].id
+            chunks = [data.get_chunk_info(number) for number in range(data.get_num_chunks())]
+            layers = file[name].shape[0] if "component" in VARIABLES[name][1] else 1
+            chunks.sort(key=lambda chunk: chunk.chunk_offset)
+            found[name] = np.array([chunk.byte_offset for chunk in chunks]).reshape(layers, -1)
+        return file[variables[0]].chunks[-3], found

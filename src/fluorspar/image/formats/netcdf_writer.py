@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
@@ -16,20 +16,10 @@ from fluorspar.files.patient_file import PatientFile
 from fluorspar.files.writing import Temporary, check_target, undisturbed, write_error
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.dataset import VARIABLES, plain_attrs
-from fluorspar.image.formats.netcdf_layout import chunk_rows, create
+from fluorspar.image.formats.netcdf_layout import create, places
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["NetcdfWriter"]
-
-_BUFFER_BYTES = 96 * 2**20  # blocks of rows held until they are whole
-
-
-class _Block:
-    """Some whole rows of an image, all variables, that are being filled pixel by pixel."""
-
-    def __init__(self, shapes: Mapping[str, tuple[int, ...]], pixels: int) -> None:
-        self.arrays = {name: np.empty(shape, np.float32) for name, shape in shapes.items()}
-        self.known = np.zeros(pixels, bool)
 
 
 class NetcdfWriter:
@@ -86,32 +76,28 @@ class NetcdfWriter:
         self.wavelengths = wavelengths
         self.height, self.width = height, width
         self.attrs = plain_attrs(attrs or {})
-        self._variables = [
-            name
-            for name in ("radiance", "standard_error", "component_standard_error")
-            if component_errors or name != "component_standard_error"
-        ]
         layers = {
-            name: len(components) if "component" in VARIABLES[name][1] else 1 for name in self._variables
+            name: len(components) if "component" in dims else 1
+            for name, (_, dims) in VARIABLES.items()
+            if name in ("radiance", "standard_error")
+            or (component_errors and name == "component_standard_error")
         }
         pixel_bytes = 4 * len(wavelengths) * sum(layers.values())
         self.path = check_target(path, height * width * pixel_bytes)
-        self._rows = chunk_rows(len(components), height, width, len(wavelengths))
-        self._shapes = {
-            name: (layers[name], self._rows * width, len(wavelengths)) for name in self._variables
-        }
-        self._held = max(_BUFFER_BYTES // (self._rows * width * pixel_bytes), 2)
-        self._blocks: dict[int, _Block] = {}  # in the order of their last use
-        self._spilled: dict[int, NDArray[np.bool_]] = {}
-        self._spare: list[_Block] = []
-        self._known = 0
-        self._file: Any = None
+        self._layers = layers
+        self._known = np.zeros(height * width, bool)
+        self._data = -1
         try:
             self._temporary = Temporary(self.path)
-            self._stream = PatientFile(self._temporary.path)
+            try:
+                rows, self._places = self._lay_out(components)
+                self._data = os.open(self._temporary.path, os.O_RDWR)
+            except BaseException:
+                self._temporary.drop()
+                raise
         except OSError as err:
             raise write_error(self.path, err) from err
-        self._file = create(self._stream, wavelengths, components, height, width, self._variables, self.attrs)
+        self._block = rows * width  # pixels that follow one another in the file
 
     def __enter__(self) -> NetcdfWriter:
         return self
@@ -121,13 +107,13 @@ class NetcdfWriter:
     ) -> None:
         if kind is not None:
             self.discard()
-        elif self._file is not None:
+        elif self._data >= 0:
             self.close()
 
     @property
     def finished_pixels(self) -> int:
         """How many pixels have been written."""
-        return self._known
+        return int(np.count_nonzero(self._known))
 
     def write_pixels(
         self,
@@ -162,19 +148,10 @@ class NetcdfWriter:
         count = len(radiance)
         self._check(first_pixel, count, given)
         with self._step():
-            done = 0
-            while done < count:
-                number, start = divmod(first_pixel + done, self._rows * self.width)
-                stop = min(start + count - done, self._rows * self.width)
-                block = self._block(number)
-                for name in self._variables:
-                    pixels = given[name][done : done + stop - start]  # type: ignore[index]
-                    block.arrays[name][:, start:stop] = pixels.swapaxes(0, 1)
-                self._known += stop - start - int(np.count_nonzero(block.known[start:stop]))
-                block.known[start:stop] = True
-                done += stop - start
-                if block.known[: self._pixels_in(number)].all():
-                    self._flush(number)
+            for name in self._layers:
+                for layer, pixels in enumerate(np.swapaxes(given[name], 0, 1)):  # type: ignore[arg-type]
+                    self._put(name, layer, first_pixel, pixels)
+            self._known[first_pixel : first_pixel + count] = True
 
     def close(self, partial: bool = False, attrs: Mapping[str, Any] | None = None) -> None:
         """Complete the file and give it its name.
@@ -192,30 +169,26 @@ class NetcdfWriter:
         ImageError
             If the disk is full.
         """
-        if self._file is None:
+        if self._data < 0:
             raise ImageError(message("the file is closed already", where=self.path))
         with self._step():
             self.attrs.update(attrs or {})
-            if partial or self._known < self.height * self.width:
+            if not self._known.all():
+                self._fill_gaps()
+                partial = True
+            if partial:
                 self.attrs["partial"] = 1
-            for number in list(self._blocks):
-                self._flush(number)
-            self._file.attrs.update(plain_attrs(self.attrs))
-            self._file.close()
-            self._stream.check()
-            self._stream.close()
+            os.close(self._data)
+            self._data = -1
+            self._write_attrs()
             self._temporary.keep()
-            self._file = None
 
     def discard(self) -> None:
         """Remove the temporary file; an older file of the name stays as it was."""
-        file, self._file = self._file, None
-        with suppress(OSError, RuntimeError):
-            if file is not None:
-                file.close()
-            self._stream.close()
+        if self._data >= 0:
+            os.close(self._data)
+            self._data = -1
         self._temporary.drop()
-        self._blocks.clear()
 
     @contextmanager
     def _step(self) -> Iterator[None]:
@@ -232,7 +205,7 @@ class NetcdfWriter:
 
     def _check(self, first_pixel: int, count: int, given: Mapping[str, NDArray[np.floating] | None]) -> None:
         for name, array in given.items():
-            wanted = (count, self._shapes[name][0], len(self.wavelengths)) if name in self._shapes else None
+            wanted = (count, self._layers[name], len(self.wavelengths)) if name in self._layers else None
             got = None if array is None else array.shape
             if got != wanted:
                 raise ImageError(
@@ -243,58 +216,54 @@ class NetcdfWriter:
                         expected=wanted or "none",
                     )
                 )
-        if self._file is None or first_pixel < 0 or first_pixel + count > self.height * self.width:
+        if self._data < 0 or first_pixel < 0 or first_pixel + count > self.height * self.width:
             raise ImageError(
                 message(
-                    "the file is closed" if self._file is None else "pixels lie outside the image",
+                    "the file is closed" if self._data < 0 else "pixels lie outside the image",
                     where=self.path,
                     got=f"pixels {first_pixel} to {first_pixel + count - 1}",
                     expected=f"0 to {self.height * self.width - 1}",
                 )
             )
 
-    def _pixels_in(self, number: int) -> int:
-        return min(self._rows, self.height - number * self._rows) * self.width
+    def _lay_out(self, components: Sequence[str]) -> tuple[int, dict[str, NDArray[np.int64]]]:
+        """Create the file without pixels; return where they belong, see `places`."""
+        with PatientFile(self._temporary.path) as stream:
+            size = self.height, self.width
+            create(
+                stream, self.wavelengths, components, *size, list(self._layers), self.attrs, in_place=True
+            ).close()
+            stream.check()
+            return places(stream, list(self._layers))
 
-    def _block(self, number: int) -> _Block:
-        """Fetch a block and move it to the end of the line; the first in line goes if there are too many."""
-        block = self._blocks.pop(number, None)
-        if block is None:
-            while len(self._blocks) >= self._held:
-                self._flush(next(iter(self._blocks)))
-            block = self._spare.pop() if self._spare else _Block(self._shapes, self._rows * self.width)
-            block.known[:] = False
-            if number in self._spilled:
-                self._reload(number, block)
-        self._blocks[number] = block
-        return block
+    def _put(self, name: str, layer: int, first_pixel: int, pixels: NDArray[np.floating]) -> None:
+        """Write pixels of a layer to where they belong, past HDF5, of which a crash then leaves nothing half done."""
+        pixels = np.ascontiguousarray(pixels, np.float32)
+        done, count = 0, len(pixels)
+        while done < count:
+            number, start = divmod(first_pixel + done, self._block)
+            run = pixels[done : done + self._block - start]
+            place = int(self._places[name][layer, number]) + start * pixels[0].nbytes
+            left = memoryview(run).cast("B")
+            while left:
+                written = os.pwrite(self._data, left, place)
+                left, place = left[written:], place + written
+            done += len(run)
 
-    def _flush(self, number: int) -> None:
-        """Write a block to the file; one with gaps is remembered, to be completed later."""
-        block = self._blocks.pop(number)
-        pixels = self._pixels_in(number)
-        gaps = ~block.known[:pixels]
-        if gaps.any():
-            self._spilled[number] = block.known.copy()
-        for name, array in block.arrays.items():
-            if gaps.any():
-                array[:, :pixels][:, gaps] = np.nan
-            where, shape = self._place(name, number)
-            self._file[name][where] = array[:, :pixels].reshape(shape)
-        self._stream.check()
-        self._spare = [block]
+    def _fill_gaps(self) -> None:
+        edges = np.flatnonzero(np.diff(self._known, prepend=True, append=True))
+        for first, stop in edges.reshape(-1, 2).tolist():
+            for start in range(first, stop, self._block):
+                shape = min(self._block, stop - start), len(self.wavelengths)
+                missing = np.full(shape, np.nan, np.float32)
+                for name, layers in self._layers.items():
+                    for layer in range(layers):
+                        self._put(name, layer, start, missing)
 
-    def _reload(self, number: int, block: _Block) -> None:
-        block.known[:] = self._spilled.pop(number)
-        pixels = self._pixels_in(number)
-        for name, array in block.arrays.items():
-            where, _ = self._place(name, number)
-            array[:, :pixels] = self._file[name][where].reshape(len(array), pixels, -1)
+    def _write_attrs(self) -> None:
+        import h5netcdf
 
-    def _place(self, name: str, number: int) -> tuple[tuple[slice, ...], tuple[int, ...]]:
-        """Where a block of a variable belongs in the file, and its shape there."""
-        rows = slice(number * self._rows, min((number + 1) * self._rows, self.height))
-        shape = (rows.stop - rows.start, self.width, len(self.wavelengths))
-        if "component" in VARIABLES[name][1]:
-            return (slice(None), rows), (self._shapes[name][0], *shape)
-        return (rows,), shape
+        with PatientFile(self._temporary.path, "r+b") as stream:
+            with h5netcdf.File(stream, "r+") as file:
+                file.attrs.update(plain_attrs(self.attrs))
+            stream.check()
