@@ -27,6 +27,7 @@ LAYERS = [
     "scene",
     "until",
     "job",
+    "fingerprint",
     "paths",
     "staged",
     "rendering",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +47,8 @@ def render(
     variant: str = "auto",
     threads: int | None = None,
     output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    more_samples: int | None = None,
     progress: Progress | bool | None = None,
     staged: StagedOptions | None = None,
     renderer: Renderer | None = None,
@@ -97,6 +98,12 @@ def render(
     output : path, optional
         A `.nc` file to stream the image to while it is rendered, so that it need not fit into memory; the
         image returned then reads from it.
+    resume : bool
+        Go on with what an interrupted render of the same scene and options has left of `output`, if anything: after
+        Ctrl-C a partial image, after anything else (from a few seconds on) its finished chunks and a journal beside
+        the file. The result is the one of a render without interruption, bit for bit.
+    more_samples : int, optional
+        In place of `spp`: add so many samples per pixel, of further random numbers, to the finished image `output`.
     progress : callable or bool, optional
         True draws a bar, in notebooks too; or called with the work done and the work in all (pixels, or renders of the
         staged method).
@@ -132,12 +139,14 @@ def render(
     >>> image.dataset.radiance.shape
     (7, 16, 16, 16)
     """
+    if more_samples is not None:
+        _check_more(output, spp=spp, until=until)
     job = RenderJob.of(
         scene,
         materials=materials,
         wavelengths=wavelengths,
         size=size,
-        spp=spp,
+        spp=spp if more_samples is None else more_samples,
         max_depth=max_depth,
         rr_depth=rr_depth,
         seed=seed,
@@ -150,13 +159,37 @@ def render(
         threads=threads,
         options=staged,
     )
-    return render_job(job, output=output, progress=progress, renderer=renderer)
+    if more_samples is not None:
+        _check_left(job, output, "more_samples")
+        from fluorspar.paths.more_samples import render_more
+
+        assert output is not None
+        return render_more(job, output, resume=resume, progress=shown(progress))
+    return render_job(job, output=output, resume=resume, progress=progress, renderer=renderer)
+
+
+def _check_more(output: str | os.PathLike[str] | None, **others: Any) -> None:
+    """Refuse what says, beside more_samples, how many samples there shall be."""
+    for name, value in others.items():
+        if value is not None:
+            fix = "give one of them"
+            raise OptionError(message(f"both {name} and more_samples are given", got=value, fix=fix))
+
+
+def _check_left(job: RenderJob, output: str | os.PathLike[str] | None, what: str) -> None:
+    """Refuse to go on with an image where nothing is kept of one."""
+    if job.method != "paths":
+        raise OptionError(message(f"the staged method has no {what}", fix="use method 'paths'"))
+    if output is None:
+        expected = "output='NAME.nc', for light paths 'NAME.paths' (-o)"
+        raise OptionError(message(f"{what} needs the file to go on with", got="none", expected=expected))
 
 
 def render_job(
     job: RenderJob,
     *,
     output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
     progress: Progress | bool | None = None,
     renderer: Renderer | None = None,
 ) -> SpectralImage:
@@ -170,6 +203,8 @@ def render_job(
     """
     if output is not None:
         check_streamed(output)
+    if resume:
+        _check_left(job, output, "resume")
     if renderer is not None and job.method != "staged":
         raise OptionError(
             message(
@@ -181,13 +216,11 @@ def render_job(
     if job.until is not None:
         from fluorspar.paths.passes import render_passes
 
-        return render_passes(job, job.until, output=output, progress=shown(progress))
+        return render_passes(job, job.until, output=output, resume=resume, progress=shown(progress))
     if job.method == "paths":
-        from fluorspar.paths.chunks import trace_chunks
-        from fluorspar.paths.render import render_chunks
+        from fluorspar.paths.render import render_paths
 
-        with closing(trace_chunks(job)) as chunks:
-            return render_chunks(chunks, job, output=output, progress=shown(progress))
+        return render_paths(job, output=output, resume=resume, progress=shown(progress))
 
     from fluorspar.staged.procedure import render_staged
 
@@ -212,6 +245,7 @@ def trace(
     variant: str = "auto",
     threads: int | None = None,
     output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
     progress: Progress | bool | None = None,
 ) -> LightPaths:
     """Trace the light paths of a scene and keep them: images follow from them without tracing again.
@@ -225,6 +259,8 @@ def trace(
         Russian roulette follows the brightest band of this one.
     output : path, optional
         A `.paths` file to write them to while they are traced, so that they need not fit into memory.
+    resume : bool
+        Go on with what an interrupted run of the same scene and options has left of `output`, see `render`.
     progress : callable or bool, optional
         True draws a bar, in notebooks too; or called with the pixels done and the pixels in all.
 
@@ -263,4 +299,6 @@ def trace(
     )
     from fluorspar.paths.light_paths import trace_job
 
-    return trace_job(job, shown(progress), output)
+    if resume:
+        _check_left(job, output, "resume")
+    return trace_job(job, shown(progress), output, resume)

@@ -41,6 +41,8 @@ def info(
         with SpectralImage.open(file) as image:
             console.out.print(str(image), markup=False, highlight=False)
             for name, value in image.attrs.items():
+                if name == "fingerprint":
+                    continue  # for programs
                 console.out.print(f"  {name + ':':<17}{value}", markup=False, highlight=False)
     elif suffix == ".xml" or (not suffix and get_close_matches(file, BUILTIN, cutoff=_ALIKE)):
         from fluorspar.scene.loading import load_scene

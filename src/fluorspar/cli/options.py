@@ -30,6 +30,7 @@ __all__ = [
     "LibraryOption",
     "ObserverOption",
     "PicturesOption",
+    "ResumeOption",
     "StokesOption",
     "ThreadsOption",
     "limits_of",
@@ -41,6 +42,12 @@ __all__ = [
     "white_of",
 ]
 
+ResumeOption: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--resume", help="Go on with what an interrupted run has left of the file, if it has left anything."
+    ),
+]
 LibraryOption: TypeAlias = Annotated[
     list[Path] | None,
     typer.Option(

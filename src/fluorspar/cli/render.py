@@ -17,6 +17,7 @@ from fluorspar.cli.options import (
     ImagesOption,
     LibraryOption,
     PicturesOption,
+    ResumeOption,
     StokesOption,
     ThreadsOption,
     size_of,
@@ -39,6 +40,7 @@ from fluorspar.cli.scene_options import (
     WavelengthsOption,
     scene_to_trace,
 )
+from fluorspar.errors import OptionError, message
 
 __all__ = ["render"]
 
@@ -53,6 +55,8 @@ _EXAMPLES = """Examples:
   fluorspar render room.xml --size 640x480 --spp 256 --wavelengths 300:780:5 --material left-wall=poster-red -o room.nc
 
   fluorspar render room.xml --until error=1% --max-time 10m -o room.nc
+
+  fluorspar render room.xml --spp 4096 -o room.nc --resume
 """
 
 
@@ -92,6 +96,14 @@ def render(
         str | None,
         typer.Option(
             metavar="TIME", help="With --until: begin no pass that would end later; 90s, 10m, 1.5h."
+        ),
+    ] = None,
+    resume: ResumeOption = False,
+    more_samples: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Add N samples per pixel to the finished image in the .nc file, instead of --spp.",
         ),
     ] = None,
     denoise: DenoiseOption = False,
@@ -158,6 +170,11 @@ def render(
     check_images(output, pictures, (scene, mesh))
     if denoise:
         check_extra()
+    streamed = None if denoise else stream_target(output)
+    if denoise and (resume or more_samples):
+        what = "--resume" if resume else "--more-samples"
+        fix = "render without --denoise, then 'fluorspar denoise'"
+        raise OptionError(message(f"{what} does not go with --denoise", fix=fix))
     loaded = scene_to_trace(
         scene, material=material, library=library, define=define, matte=matte, sensor=sensor, mesh=mesh
     )
@@ -180,7 +197,9 @@ def render(
             max_time=max_time,
             variant=variant,
             threads=threads,
-            output=None if denoise else stream_target(output),
+            output=streamed,
+            resume=resume,
+            more_samples=more_samples,
             progress=progress,
             staged=options,
         )

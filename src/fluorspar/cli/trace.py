@@ -11,6 +11,7 @@ from fluorspar.cli import console
 from fluorspar.cli.options import (
     ExcitationOption,
     LibraryOption,
+    ResumeOption,
     ThreadsOption,
     size_of,
 )
@@ -57,6 +58,7 @@ def trace(
     rr_depth: RrDepthOption = None,
     matte: MatteOption = False,
     sensor: SensorOption = None,
+    resume: ResumeOption = False,
     variant: VariantOption = "auto",
     threads: ThreadsOption = None,
     mesh: MeshOption = None,
@@ -84,6 +86,7 @@ def trace(
             variant=variant,
             threads=threads,
             output=output,
+            resume=resume,
             progress=progress,
         )
     console.out.print(str(paths), markup=False, highlight=False)

@@ -22,7 +22,17 @@ from rich.filesize import decimal
 from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.files.names import file_and_column
 
-__all__ = ["Temporary", "check_not_input", "check_target", "replacing", "undisturbed", "write_error"]
+__all__ = [
+    "Temporary",
+    "check_alone",
+    "check_not_input",
+    "check_target",
+    "remove_leftovers",
+    "replacing",
+    "undisturbed",
+    "unfinished",
+    "write_error",
+]
 
 _HOST = f"{zlib.crc32(platform.node().encode()):08x}"
 _NAME = 40  # characters of a name that its temporary name begins with: 255 bytes are the limit
@@ -135,17 +145,26 @@ class Temporary:
     """A new file beside `target`, in its stead until it is whole.
 
     It is locked while its writer lives. What writers that were killed have left there is removed first: files whose
-    lock is free, and of other hosts, whose locks may not be seen here, only after a week.
+    lock is free, and of other hosts, whose locks may not be seen here, only after a week. Those with a journal can be
+    gone on with (see `unfinished`) until a file of that name is whole.
 
     Parameters
     ----------
     target : Path
         As `check_target` returns it. The new file gets its permissions, if it exists.
+    left : Path, optional
+        What a killed writer has left, to go on with.
+
+    Attributes
+    ----------
+    path : Path
+    journal : Path
+        Where its journal belongs, if it has one.
 
     Raises
     ------
     OSError
-        If no file can be made there.
+        If no file can be made there, or another process goes on with what was left.
 
     Examples
     --------
@@ -158,62 +177,149 @@ class Temporary:
     ['note.txt']
     """
 
-    def __init__(self, target: Path) -> None:
+    def __init__(self, target: Path, left: Path | None = None) -> None:
         self._target = target
-        start = f".{target.name[:_NAME]}."
-        _remove_stale(target.parent, start)
-        self._lock = -1
+        _remove_stale(target)
+        if left is not None:
+            self.path = left
+            self._lock = os.open(left, os.O_RDWR)
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                self.leave()
+                raise
+            except OSError:
+                pass  # there are file systems without locks
+        else:
+            self._lock = -1
         while self._lock < 0:
-            self.path = target.with_name(f"{start}{_HOST}-{uuid.uuid4().hex[:8]}.tmp")
+            self.path = target.with_name(f"{_start(target)}{_HOST}-{uuid.uuid4().hex[:8]}.tmp")
             self._lock = os.open(self.path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666)
             with suppress(OSError):  # there are file systems without locks
                 fcntl.flock(self._lock, fcntl.LOCK_EX)
             if not os.fstat(self._lock).st_nlink:  # taken for a stale one before it was locked
                 self.drop()
+        self.journal = _journal_of(self.path)
 
     def keep(self) -> None:
-        """Give the file the name of its target."""
+        """Give the file the name of its target, and remove what others have left of it."""
         if self._target.exists():
             shutil.copymode(self._target, self.path)
         os.replace(self.path, self._target)
         self.drop()
+        remove_leftovers(self._target)
 
     def drop(self) -> None:
-        """Remove the file, if it has not been kept."""
+        """Remove the file, if it has not been kept, and its journal."""
         if self._lock >= 0:
-            with suppress(OSError):
-                self.path.unlink(missing_ok=True)
+            for path in (_journal_of(self.path), self.path):
+                with suppress(OSError):
+                    path.unlink(missing_ok=True)
+            self.leave()
+
+    def leave(self) -> None:
+        """Let go of the file and its journal, for another writer to go on with."""
+        if self._lock >= 0:
             os.close(self._lock)
             self._lock = -1
 
 
-def _remove_stale(folder: Path, start: str) -> None:
+def unfinished(target: Path) -> list[tuple[Path, Path]]:
+    """What writers of a file have left that were killed, and can be gone on with.
+
+    Returns
+    -------
+    list of (Path, Path)
+        The file under its temporary name, and its journal; the newest first.
+    """
+    pairs = [(path, _journal_of(path)) for path in _temporaries(target) if _is_free(path)]
+    found = [pair for pair in pairs if pair[1].exists()]
+    return sorted(found, key=lambda pair: pair[1].stat().st_mtime, reverse=True)
+
+
+def check_alone(target: Path) -> None:
+    """Check that no other process is writing a file.
+
+    Raises
+    ------
+    ImageError
+        If one does.
+    """
+    if not all(map(_is_free, _temporaries(target))):
+        fix = "wait for it, or write another file"
+        raise ImageError(message("another process is writing the file", where=target, fix=fix))
+
+
+def remove_leftovers(target: Path) -> None:
+    """Remove what killed writers of a file have left, journals too."""
+    _remove_stale(target, with_journals=True)
+
+
+def _start(target: Path) -> str:
+    return f".{target.name[:_NAME]}."
+
+
+def _journal_of(path: Path) -> Path:
+    return path.with_suffix(".journal")
+
+
+def _temporaries(target: Path) -> Iterator[Path]:
+    return target.parent.glob(f"{glob.escape(_start(target))}*.tmp")
+
+
+def _is_free(path: Path) -> bool:
+    """Whether the writer of a temporary file is dead."""
+    try:
+        lock = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    finally:
+        os.close(lock)
+    return True
+
+
+def _remove_stale(target: Path, with_journals: bool = False) -> None:
     """Remove temporary files whose writers are dead."""
-    for path in folder.glob(f"{glob.escape(start)}*.tmp"):
+    for path in _temporaries(target):
+        journal = _journal_of(path)
+        if journal.exists() and not with_journals:
+            continue
         with suppress(OSError):
             lock = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                here = path.name.startswith(f"{start}{_HOST}-")
+                here = path.name.startswith(f"{_start(target)}{_HOST}-")
                 if here or time.time() - os.fstat(lock).st_mtime > _OLD:
+                    journal.unlink(missing_ok=True)
                     path.unlink()
             finally:
                 os.close(lock)
+    for journal in target.parent.glob(f"{glob.escape(_start(target))}*.journal"):
+        with suppress(OSError):
+            if not journal.with_suffix(".tmp").exists():  # killed between giving the file its name and this
+                journal.unlink()
 
 
-def write_error(path: Path, err: BaseException) -> ImageError:
-    """Say why writing failed and that an older file of that name is untouched."""
+def write_error(path: Path, err: BaseException, *, kept: bool = False) -> ImageError:
+    """Say why writing failed, that an older file of that name is untouched, and whether the writer can go on."""
     full = getattr(err, "errno", None) in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) or any(
         text in str(err) for text in ("No space left", "File too large", "errno = 28", "errno = 27")
     )
+    first = "free some space" if full else "check the directory"
+    if kept:
+        fix = f"{first}, then go on with what is finished: --resume (resume=True)"
+    else:
+        fix = f"{first} or choose another directory" if full else first
     return ImageError(
         message(
             "the disk is full" if full else "the file cannot be written",
             where=path,
             got=str(err).splitlines()[0] if str(err) else type(err).__name__,
-            fix="free some space or choose another directory; a file that was there before is unchanged"
-            if full
-            else "check the directory; a file that was there before is unchanged",
+            fix=f"{fix}; a file that was there before is unchanged",
         )
     )
 

@@ -133,6 +133,12 @@ class AddedPixels:
     def kept(self) -> int:
         return self._target.kept
 
+    def has(self, first: int, count: int) -> bool:
+        return self._target.has(first, count)
+
+    def stored(self, first: int, count: int) -> Pixels:
+        return self._target.stored(first, count)
+
     def room(self, first: int, count: int) -> tuple[Pixels, int]:
         return self._target.room(first, count)
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import FluorsparWarning, OptionError, RendererError, message
+from fluorspar.files.run_journal import Left
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.formats.netcdf import NetcdfWriter
 from fluorspar.image.spectral_image import SpectralImage
@@ -76,11 +77,13 @@ class FinishedPixels:
     grid : Wavelengths
     width : int
         Pixels of a row.
+    dark : bool
+        Whether all before were dark.
     """
 
-    def __init__(self, grid: Wavelengths, width: int) -> None:
+    def __init__(self, grid: Wavelengths, width: int, *, dark: bool = True) -> None:
         self._grid, self._width = grid, width
-        self._dark = True
+        self._dark = dark
 
     def add(self, first: int, pixels: Pixels) -> None:
         """Look at the pixels from number `first` on.
@@ -148,6 +151,14 @@ class Target(Protocol):
         """How many pixels were taken."""
         ...
 
+    def has(self, first: int, count: int) -> bool:
+        """Whether pixels are there already: they need not be kept again."""
+        ...
+
+    def stored(self, first: int, count: int) -> Pixels:
+        """Look at pixels that are there."""
+        ...
+
     def room(self, first: int, count: int) -> tuple[Pixels, int]:
         """Return arrays to be filled with `count` pixels from `first` on, and the place of that pixel in them."""
         ...
@@ -209,6 +220,12 @@ class PixelsInMemory:
     def kept(self) -> int:
         return int(np.count_nonzero(self._known))
 
+    def has(self, first: int, count: int) -> bool:
+        return bool(self._known[first : first + count].all())
+
+    def stored(self, first: int, count: int) -> Pixels:
+        return self._all[first : first + count]
+
     def room(self, first: int, count: int) -> tuple[Pixels, int]:
         return self._all, first
 
@@ -236,6 +253,15 @@ class PixelsInMemory:
 class PixelsInFile:
     """A NetCDF file that is written while pixels come in, see `NetcdfWriter`.
 
+    Parameters
+    ----------
+    path : path-like
+    grid : Wavelengths
+    height, width : int
+    component_errors : bool
+    label, left : optional
+        See `NetcdfWriter`.
+
     Raises
     ------
     OptionError
@@ -251,12 +277,16 @@ class PixelsInFile:
         height: int,
         width: int,
         component_errors: bool,
+        label: Mapping[str, str] | None = None,
+        left: Left | None = None,
     ) -> None:
         check_streamed(path)
-        self._writer = NetcdfWriter(path, grid, height, width, component_errors=component_errors)
+        self._writer = NetcdfWriter(
+            path, grid, height, width, component_errors=component_errors, label=label, left=left
+        )
         self._bands, self._component_errors = len(grid), component_errors
         self._buffer = Pixels.empty(0, self._bands, component_errors)
-        self._finished = FinishedPixels(grid, width)
+        self._finished = FinishedPixels(grid, width, dark=left is None)
 
     def __enter__(self) -> PixelsInFile:
         self._writer.__enter__()
@@ -270,6 +300,14 @@ class PixelsInFile:
     @property
     def kept(self) -> int:
         return self._writer.finished_pixels
+
+    def has(self, first: int, count: int) -> bool:
+        return self._writer.has(first, count)
+
+    def stored(self, first: int, count: int) -> Pixels:
+        read = self._writer.read_pixels
+        errors = read("component_standard_error", first, count) if self._component_errors else None
+        return Pixels(read("radiance", first, count), read("standard_error", first, count)[0], errors)
 
     def room(self, first: int, count: int) -> tuple[Pixels, int]:
         if self._buffer.radiance.shape[1] < count:

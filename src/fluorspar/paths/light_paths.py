@@ -17,17 +17,20 @@ from numpy.typing import ArrayLike
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparWarning, OptionError, message
+from fluorspar.files.writing import check_alone, remove_leftovers
+from fluorspar.fingerprint import fingerprint
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.notebook import explore
 from fluorspar.paths.brighter import warn_of_brighter
-from fluorspar.paths.chunks import trace_chunks
+from fluorspar.paths.chunks import runs_of, trace_chunks
 from fluorspar.paths.first_samples import first_samples
 from fluorspar.paths.log import Chunk, lanes_per_pixel
 from fluorspar.paths.numbering import count_rows, rows_shown
 from fluorspar.paths.packed import PackedChunk, pack, unpack
-from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
+from fluorspar.paths.paths_file import PathsInFile, PathsWriter, left_paths, read_paths
 from fluorspar.paths.render import render_chunks
+from fluorspar.paths.resuming import check_same, say_unfinished
 from fluorspar.paths.sweeping.gpu import chunk_on_gpu, sweeps_on_gpu
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.lights import Light
@@ -209,7 +212,15 @@ class LightPaths:
         )
         if materials or concentration:
             warn_of_brighter(self.job, job)
-        return render_chunks(self._unpacked(job), job, output=output, progress=shown(progress))
+        given = (wavelengths, stokes, excitation, component_errors, samples)
+        as_traced = not said and all(option is None for option in given)
+        label = self._fingerprint() if as_traced else None
+        return render_chunks(self._unpacked(job), job, output=output, label=label, progress=shown(progress))
+
+    def _fingerprint(self) -> dict[str, str] | None:
+        if isinstance(self.chunks, PathsInFile):
+            return self.chunks.fingerprint
+        return fingerprint(self.job)
 
     def light_images(
         self, *, lights: Mapping[str, LightSetting] | None = None, **options: Any
@@ -260,7 +271,7 @@ class LightPaths:
         >>> fluorspar.load_paths(file).image().dataset.radiance.shape
         (7, 8, 8, 69)
         """
-        with PathsWriter(path, self.job) as writer:
+        with PathsWriter(path, self.job, self._fingerprint()) as writer:
             for chunk in self.chunks:
                 writer.write(chunk)
             writer.keep()
@@ -316,7 +327,10 @@ def load_paths(path: str | os.PathLike[str]) -> LightPaths:
 
 
 def trace_job(
-    job: RenderJob, progress: Progress | None = None, output: str | os.PathLike[str] | None = None
+    job: RenderJob,
+    progress: Progress | None = None,
+    output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
 ) -> LightPaths:
     """Trace all light paths of a job and keep them, in memory or in a file.
 
@@ -337,22 +351,54 @@ def trace_job(
         fix = "write them to a file (output=...), or trace fewer samples or a smaller image"
         _trace(job, progress, kept.append, fix)
         return LightPaths(job, tuple(kept))
-    with PathsWriter(output, job) as writer:
-        _trace(job, progress, writer.write, "free memory: half a million paths are traced at a time")
+    label, left, earlier = fingerprint(job), None, None
+    settings = job.scene.settings
+    pixels = settings.width * settings.height
+    if resume and label is not None:
+        earlier = _earlier(label, output)
+        left = left_paths(output, label)
+        if earlier is not None and earlier.pixels == pixels:
+            remove_leftovers(Path(os.path.realpath(output)))
+            return earlier
+    elif label is not None:
+        say_unfinished(output)
+    with PathsWriter(output, job, label, left, journaled=True) as writer:
+        if earlier is not None and left is None:
+            for chunk in earlier.chunks:
+                writer.write(chunk)
+        if writer.pixels < pixels:
+            fix = "free memory: half a million paths are traced at a time"
+            _trace(job, progress, writer.write, fix, writer.pixels)
         writer.keep()
     return load_paths(output)
 
 
+def _earlier(label: dict[str, str], output: str | os.PathLike[str]) -> LightPaths | None:
+    """The light paths that are there, all or some; those of another render are refused."""
+    check_alone(Path(os.path.realpath(output)))
+    if not os.path.exists(output):
+        return None
+    paths = load_paths(output)
+    assert isinstance(paths.chunks, PathsInFile)
+    check_same(label, paths.chunks.fingerprint, output)
+    return paths
+
+
 def _trace(
-    job: RenderJob, progress: Progress | None, keep: Callable[[PackedChunk], object], fix: str
+    job: RenderJob,
+    progress: Progress | None,
+    keep: Callable[[PackedChunk], object],
+    fix: str,
+    done: int = 0,
 ) -> None:
-    """Trace a job and hand over what is finished, packed, also where the user interrupts."""
+    """Trace a job but the first pixels, and hand over what is finished, packed, also where the user interrupts."""
     settings = job.scene.settings
-    pixels, done = settings.width * settings.height, 0
+    pixels = settings.width * settings.height
+    runs = [run for run in runs_of(job) if run[0] >= done]
     rows, _ = count_rows(job.scene)
     try:
         with (
-            closing(trace_chunks(job, kept=True)) as chunks,
+            closing(trace_chunks(job, runs, kept=True)) as chunks,
             ThreadPoolExecutor(job.threads or usable_cores()) as pool,
         ):
             for chunk in chunks:

@@ -13,13 +13,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from fluorspar.errors import FluorsparWarning
-from fluorspar.image.combining import AddedPixels
+from fluorspar.fingerprint import fingerprint
+from fluorspar.image.combining import AddedPixels, pixels_of
 from fluorspar.image.pixels import Target
 from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
-from fluorspar.paths.chunks import trace_chunks, variant_of
+from fluorspar.paths.chunks import runs_of, trace_chunks, variant_of
 from fluorspar.paths.render import fill, keep_finished, new_target
+from fluorspar.paths.resuming import earlier_image, passes_of, take_over
 from fluorspar.progress import Progress
 from fluorspar.scene.settings import MOST_SAMPLES
 from fluorspar.scene.variants import use_variant
@@ -28,6 +30,8 @@ from fluorspar.until import Until, next_samples
 __all__ = ["render_passes"]
 
 _LOG = logging.getLogger(__name__)
+
+_RUN = 8192  # pixels read at a time
 
 _MISSED = {
     "time": "the time is up",
@@ -41,6 +45,7 @@ def render_passes(
     until: Until,
     *,
     output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
     progress: Progress | None = None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> SpectralImage:
@@ -55,6 +60,8 @@ def render_passes(
     output : path-like, optional
         A `.nc` file to stream the image to. After each pass it holds the image of all passes so far; in a pass the
         disk holds it twice.
+    resume : bool
+        Go on with the passes, and the chunks of a pass, that are there.
     progress : callable, optional
         Called with the samples done and an estimate of the samples in all.
     clock : callable, optional
@@ -74,9 +81,11 @@ def render_passes(
     FluorsparWarning
         If the target was not reached, or is not going to be.
     """
-    passes = _Passes(job, until, output, progress, clock)
+    passes = _Passes(job, until, output, resume, progress, clock)
     size = job.scene.settings.spp
     try:
+        if resume:
+            size = passes.go_on(size)
         with use_variant(variant_of(job)):  # to change it between passes would take longer than a small one
             while size:
                 size = passes.render(size)
@@ -102,21 +111,42 @@ class _Passes:
     job: RenderJob
     until: Until
     output: str | os.PathLike[str] | None
+    resume: bool
     progress: Progress | None
     clock: Callable[[], float]
     image: SpectralImage | None = None
     sizes: list[int] = field(default_factory=list)
     expected: float = 0.0  # samples per pixel in all
     outlook: str = ""
+    partial: SpectralImage | None = None  # the first pass, interrupted
 
     def __post_init__(self) -> None:
         self.pixels = self.job.scene.settings.width * self.job.scene.settings.height
         self.began = self.clock()
+        self.label = fingerprint(self.job)
 
     @property
     def done(self) -> int:
         """Samples per pixel of the passes that are finished."""
         return sum(self.sizes)
+
+    def go_on(self, size: int) -> int:
+        """Take the passes that are there of the file; return the samples of the next one, `size` if there are none."""
+        if self.output is None or self.label is None:
+            return size
+        image = earlier_image(self.label, self.output)
+        if image is None:
+            return size
+        if image.attrs.get("partial"):
+            self.partial = image
+            return size
+        self.image, self.sizes = image, passes_of(image)
+        errors = RelativeErrors(self.job.grid, self.pixels)
+        for first in range(0, self.pixels, _RUN):
+            count = min(_RUN, self.pixels - first)
+            errors.add(first, pixels_of(image, first, count))
+        took = float(image.attrs.get("timings", {}).get("render", 0.0))
+        return self._next(errors, took / self.done)[0]
 
     def render(self, size: int) -> int:
         """Render one more pass of so many samples per pixel; return those of the next, 0 if this was the last one."""
@@ -124,12 +154,22 @@ class _Passes:
         job = replace(self.job, scene=self.job.scene.with_settings(spp=size), stream=len(self.sizes))
         size = job.scene.settings.spp  # what the sampler can do
         errors = RelativeErrors(job.grid, self.pixels)
-        target: Target = new_target(job, self.output)
+        target: Target = new_target(job, self.output, fingerprint(job), resume=self.resume)
         if self.image is not None:
             target = AddedPixels(target, size, self.image, self.done)
         with target:
+            if self.partial is not None:
+                take_over(target, self.partial, runs_of(job))
+                self.partial.close()
+                self.partial = None
+            left = []
+            for run in runs_of(job):
+                if target.has(*run):
+                    errors.add(run[0], target.stored(*run))
+                else:
+                    left.append(run)
             try:
-                with closing(trace_chunks(job)) as chunks:
+                with closing(trace_chunks(job, left)) as chunks:
                     fill(target, chunks, job, errors=errors, progress=self._progress(size))
             except KeyboardInterrupt:
                 if self.image is not None:
@@ -150,6 +190,7 @@ class _Passes:
             }
             timings = {"render": round(self.clock() - self.began, 3)}
             attrs = {**self.job.attrs, "spp": self.done, "until": told, "timings": timings}
+            attrs["fingerprint"] = self.label
             self.image = target.image(attrs, partial=partial)
         _LOG.info("pass %d: %s%s", len(self.sizes), _in_words(told), self.outlook if more else "")
         return more

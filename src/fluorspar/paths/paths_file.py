@@ -5,9 +5,11 @@ It is written while the paths are traced, and read back run by run, so that neit
 
 from __future__ import annotations
 
+import math
 import os
+import time
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -16,17 +18,19 @@ from typing import Any
 import numpy as np
 
 from fluorspar.errors import FluorsparError, PathsError, SceneError, message
+from fluorspar.files.journal import Journal, read_journal
 from fluorspar.files.patient_file import PatientFile
-from fluorspar.files.writing import Temporary, check_target, write_error
+from fluorspar.files.run_journal import SYNC_EVERY
+from fluorspar.files.writing import Temporary, check_target, unfinished, write_error
 from fluorspar.job import RenderJob
 from fluorspar.paths.numbering import count_rows
 from fluorspar.paths.packed import ARRAYS, PackedChunk
-from fluorspar.paths.records import from_record, to_record
 from fluorspar.scene.recipe import Recipe
+from fluorspar.scene.records import from_record, to_record
 from fluorspar.scene.scene import Scene
 from fluorspar.version import __version__
 
-__all__ = ["SUFFIX", "PathsInFile", "PathsWriter", "read_paths"]
+__all__ = ["SUFFIX", "PathsInFile", "PathsWriter", "left_paths", "read_paths"]
 
 SUFFIX = ".paths"
 
@@ -34,6 +38,7 @@ _FORMAT, _VERSION = "fluorspar light paths", 2
 _BYTES_A_SAMPLE = 24  # at the least, for the check of free space
 _JOB = ("seed", "stokes", "excitation", "component_errors", "variant", "threads")
 _SCENE = ("materials", "lights", "surfaces", "settings", "lobes")
+_PLACE = ("first_pixel", "pixels", "spp")
 _RECIPE = ("name", "parameters", "matte", "library", "sensor", "folder")
 
 
@@ -49,6 +54,17 @@ class PathsWriter:
         The file to be written or replaced.
     job : RenderJob
         What is traced.
+    label : mapping, optional
+        Its fingerprint.
+    left : Path, optional
+        What to go on with, see `left_paths`.
+    journaled : bool
+        Leave what is finished in a journal, to be gone on with, if the writer is killed.
+
+    Attributes
+    ----------
+    pixels : int
+        How many there are paths of.
 
     Raises
     ------
@@ -56,22 +72,36 @@ class PathsWriter:
         If the file cannot be written. This is found out before anything is traced, but for a disk that fills up.
     """
 
-    def __init__(self, path: str | os.PathLike[str], job: RenderJob) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        job: RenderJob,
+        label: Mapping[str, str] | None = None,
+        left: Path | None = None,
+        *,
+        journaled: bool = False,
+    ) -> None:
         import h5py
 
         settings = job.scene.settings
         self.path = check_target(path, _BYTES_A_SAMPLE * settings.width * settings.height * settings.spp)
         self._number = 0
         try:
-            self._temporary = Temporary(self.path)
+            self._temporary = Temporary(self.path, left)
             self._stream = PatientFile(self._temporary.path)
         except OSError as err:
             raise write_error(self.path, err) from err
+        self.pixels = 0
+        self._label, self._journaled = label, journaled
+        self._journal: Journal | None = None
+        self._began = self._synced = time.monotonic()
         self._file = h5py.File(self._stream, "w")
         # Text of fixed length: HDF5 follows the pointers of other text blindly, and dies of wrong ones.
         texts = {"format": np.bytes_(_FORMAT), "fluorspar": np.bytes_(__version__)}
         self._file.attrs.update({**texts, "format_version": _VERSION})
         self._record(job)
+        if left is not None:
+            self._go_on()
 
     def __enter__(self) -> PathsWriter:
         return self
@@ -81,16 +111,49 @@ class PathsWriter:
     ) -> None:
         if self._file:
             self._close()
+        if self._journal is not None:
+            self._journal.close()
+            if kind is not None and self._can_go_on:
+                self._temporary.leave()
         self._temporary.drop()
 
     def write(self, chunk: PackedChunk) -> None:
-        """Append a chunk."""
+        """Append a chunk, the pixels of which follow those before."""
+        self._put(chunk)
+        if not self._journaled:
+            return
+        try:
+            if self._journal is None:
+                self._journal = Journal(self._temporary.journal)
+                self._journal.append({"label": self._label})
+            self._journal.append(*_as_record(chunk))
+            if time.monotonic() - self._synced > SYNC_EVERY:
+                self._journal.sync()
+                self._synced = time.monotonic()
+        except OSError as err:
+            raise write_error(self.path, err, kept=self._can_go_on) from err
+
+    @property
+    def _can_go_on(self) -> bool:
+        return self._journal is not None and time.monotonic() - self._began > SYNC_EVERY
+
+    def _go_on(self) -> None:
+        """Take the chunks of the journal that is there."""
+        end = 0
+        for number, (said, data, stop) in enumerate(read_journal(self._temporary.journal)):
+            if number:
+                self._put(_from_record(said, data))
+            end = stop
+        self._journal = Journal(self._temporary.journal, end)
+
+    def _put(self, chunk: PackedChunk) -> None:
         group = self._file.create_group(f"chunks/{self._number:06d}")
         group.attrs.update({"first_pixel": chunk.first_pixel, "pixels": chunk.pixels, "spp": chunk.spp})
         for name in ARRAYS:
             group[name] = getattr(chunk, name)
         group.attrs["crc32"] = _checksum_of(chunk)
         self._number += 1
+        self.pixels += chunk.pixels
         self._check()
 
     def keep(self) -> None:
@@ -113,6 +176,7 @@ class PathsWriter:
             "grid": job.grid,
             "scene": {name: getattr(scene, name) for name in _SCENE},
             "recipe": recipe,
+            "fingerprint": self._label,
         }
         text, arrays = to_record(what)
         self._file["record"] = np.frombuffer(text.encode(), np.uint8)
@@ -129,22 +193,50 @@ class PathsWriter:
         try:
             self._stream.check()
         except OSError as err:
-            raise write_error(self.path, err) from err
+            raise write_error(self.path, err, kept=self._can_go_on) from err
+
+
+def left_paths(path: str | os.PathLike[str], label: Mapping[str, str]) -> Path | None:
+    """What a killed writer has left of a file of light paths with this fingerprint, under its temporary name."""
+    for temporary, journal in unfinished(Path(os.path.realpath(path))):
+        header = next(read_journal(journal), None)
+        if header is not None and header[0].get("label") == label:
+            return temporary
+    return None
+
+
+def _as_record(chunk: PackedChunk) -> tuple[dict[str, Any], bytes]:
+    arrays = [np.ascontiguousarray(getattr(chunk, name)) for name in ARRAYS]
+    said = {name: getattr(chunk, name) for name in _PLACE}
+    shapes = [[array.dtype.str, array.shape] for array in arrays]
+    return {**said, "arrays": shapes}, b"".join(array.tobytes() for array in arrays)
+
+
+def _from_record(said: Mapping[str, Any], data: bytes) -> PackedChunk:
+    arrays: dict[str, Any] = {}
+    at = 0
+    for name, (kind, shape) in zip(ARRAYS, said["arrays"], strict=True):
+        arrays[name] = np.frombuffer(data, kind, math.prod(shape), at).reshape(shape)
+        at += arrays[name].nbytes
+    return PackedChunk(**{name: said[name] for name in _PLACE}, **arrays)
 
 
 class PathsInFile(Sequence[PackedChunk]):
     """The packed chunks of a file, each read when it is asked for.
 
-    The file stays open, so that it may be replaced meanwhile; `nbytes` is its size.
+    The file stays open, so that it may be replaced meanwhile; `nbytes` is its size, `fingerprint` that of the job.
     """
 
-    def __init__(self, file: Any, path: Path, rows: int, lights: int) -> None:
+    def __init__(
+        self, file: Any, path: Path, rows: int, lights: int, fingerprint: dict[str, str] | None = None
+    ) -> None:
         self.path = path
         self.nbytes = path.stat().st_size
         self._file = file
         self._groups = sorted(file.get("chunks", ()))
         self._tables = rows, lights
         self._sound: set[int] = set()
+        self.fingerprint: dict[str, str] | None = fingerprint
 
     def __len__(self) -> int:
         return len(self._groups)
@@ -220,8 +312,8 @@ def read_paths(path: str | os.PathLike[str]) -> tuple[RenderJob, PathsInFile]:
             )
         )
     try:
-        job = _job(file)
-        chunks = PathsInFile(file, path, *count_rows(job.scene))
+        job, fingerprint = _job(file)
+        chunks = PathsInFile(file, path, *count_rows(job.scene), fingerprint)
         _check_runs(chunks, job)
     except (*_DAMAGE, FluorsparError) as err:
         got = f"{type(err).__name__}: {_first_line(err)}"
@@ -255,7 +347,7 @@ def _first_line(err: BaseException) -> str:
     return str(err).partition("\n")[0]
 
 
-def _job(file: Any) -> RenderJob:
+def _job(file: Any) -> tuple[RenderJob, dict[str, str] | None]:
     arrays = [file["arrays"][name][...] for name in sorted(file.get("arrays", ()))]
     record = file["record"][...]
     if _checksum(record, *arrays) != int(file.attrs["crc32"]):
@@ -268,7 +360,7 @@ def _job(file: Any) -> RenderJob:
         source={} if source is None else Path(source) if is_file else source, materials={}, **given
     )
     scene = Scene(recipe=recipe, _nodes=_NoNodes(recipe.name), **read["scene"])  # type: ignore[arg-type]
-    return RenderJob(scene, read["grid"], **read["job"])
+    return RenderJob(scene, read["grid"], **read["job"]), read.get("fingerprint")
 
 
 def _check_runs(chunks: PathsInFile, job: RenderJob) -> None:

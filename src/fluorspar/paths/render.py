@@ -5,16 +5,20 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING
+from contextlib import closing
+from typing import TYPE_CHECKING, Any
 
 from fluorspar.errors import FluorsparWarning
+from fluorspar.fingerprint import fingerprint
 from fluorspar.image.pixels import PixelsInFile, PixelsInMemory, Target
 from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
+from fluorspar.paths.chunks import runs_of, trace_chunks
 from fluorspar.paths.log import Chunk
+from fluorspar.paths.resuming import earlier_image, earlier_left, say_unfinished, take_over
 from fluorspar.paths.sweeping.gpu import sweeps_on_gpu, why_not_on_gpu
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables, lobe_tables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
@@ -26,7 +30,46 @@ from fluorspar.scene.variants import usable_cores
 if TYPE_CHECKING:
     from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
 
-__all__ = ["fill", "keep_finished", "new_target", "render_chunks", "tables_of"]
+__all__ = ["fill", "keep_finished", "new_target", "render_chunks", "render_paths", "tables_of"]
+
+
+def render_paths(
+    job: RenderJob,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> SpectralImage:
+    """Trace and sweep a job into an image of all components.
+
+    Parameters
+    ----------
+    job : RenderJob
+    output : path-like, optional
+        A `.nc` file to stream the image to.
+    resume : bool
+        Go on with what is there of it, if anything is.
+    progress : callable, optional
+        Called with the pixels done and the pixels in all, after each chunk.
+
+    Returns
+    -------
+    SpectralImage
+        Partial, with the rest NaN, if the user interrupted.
+    """
+    label = fingerprint(job)
+    earlier = None
+    if resume and output is not None and label is not None:
+        earlier = earlier_image(label, output)
+        if earlier is not None and not earlier.attrs.get("partial"):
+            return earlier
+    with new_target(job, output, label, resume=resume) as target:
+        if earlier is not None:
+            take_over(target, earlier, runs_of(job))
+            earlier.close()
+        left = [run for run in runs_of(job) if not target.has(*run)]
+        with closing(trace_chunks(job, left)) as chunks:
+            return _image(target, chunks if left else (), job, {"fingerprint": label}, progress)
 
 
 def render_chunks(
@@ -34,6 +77,7 @@ def render_chunks(
     job: RenderJob,
     *,
     output: str | os.PathLike[str] | None = None,
+    label: Mapping[str, str] | None = None,
     progress: Progress | None = None,
 ) -> SpectralImage:
     """Sweep light paths into an image of all components.
@@ -46,6 +90,8 @@ def render_chunks(
         Grid, samples, Stokes rule, errors and attributes of the image.
     output : path-like, optional
         A `.nc` file to stream the image to.
+    label : mapping, optional
+        Fingerprint of the job, for the attributes.
     progress : callable, optional
         Called with the pixels done and the pixels in all, after each chunk.
 
@@ -54,22 +100,52 @@ def render_chunks(
     SpectralImage
         Partial, with the rest NaN, if the user interrupted.
     """
+    with new_target(job, output) as target:
+        return _image(target, chunks, job, {"fingerprint": label}, progress)
+
+
+def _image(
+    target: Target, chunks: Iterable[Chunk], job: RenderJob, attrs: dict[str, Any], progress: Progress | None
+) -> SpectralImage:
     began = time.perf_counter()
     pixels = job.scene.settings.width * job.scene.settings.height
-    with new_target(job, output) as target:
-        try:
-            fill(target, chunks, job, progress=progress)
-        except KeyboardInterrupt:
-            keep_finished(target, pixels)
-        timings = {"render": round(time.perf_counter() - began, 3)}
-        return target.image({**job.attrs, "timings": timings}, partial=target.kept < pixels)
+    try:
+        fill(target, chunks, job, progress=progress)
+    except KeyboardInterrupt:
+        keep_finished(target, pixels)
+    timings = {"render": round(time.perf_counter() - began, 3)}
+    return target.image({**job.attrs, **attrs, "timings": timings}, partial=target.kept < pixels)
 
 
-def new_target(job: RenderJob, output: str | os.PathLike[str] | None) -> Target:
-    """Where the pixels of a job go: into memory, or into a `.nc` file."""
+def new_target(
+    job: RenderJob,
+    output: str | os.PathLike[str] | None,
+    label: Mapping[str, str] | None = None,
+    *,
+    resume: bool = False,
+) -> Target:
+    """Where the pixels of a job go: into memory, or into a `.nc` file.
+
+    Parameters
+    ----------
+    job : RenderJob
+    output : path-like, optional
+        The file.
+    label : mapping, optional
+        Fingerprint of the job: a writer that is killed then leaves what is finished.
+    resume : bool
+        Go on with that.
+    """
     settings = job.scene.settings
     shape = (job.grid, settings.height, settings.width, job.component_errors)
-    return PixelsInMemory(*shape) if output is None else PixelsInFile(output, *shape)
+    if output is None:
+        return PixelsInMemory(*shape)
+    left = None
+    if resume and label is not None:
+        left = earlier_left(label, output)
+    elif label is not None:
+        say_unfinished(output)
+    return PixelsInFile(output, *shape, label, left)
 
 
 def fill(

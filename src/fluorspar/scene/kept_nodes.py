@@ -67,6 +67,8 @@ class KeptNodes:
 
     Attributes
     ----------
+    fingerprint : Fingerprint
+        Of what was loaded.
     folders : tuple of str
         Where Mitsuba looks for the files of the scene: those that the scene names (`<path>`), its own, and others.
     """
@@ -75,7 +77,7 @@ class KeptNodes:
         import mitsuba as mi
 
         self._recipe = recipe
-        self._fingerprint = fingerprint(state)
+        self.fingerprint = fingerprint(state)
         self._state = state
         self._made: tuple[Any, Any] | None = None
         self.folders = tuple(map(str, mi.file_resolver()))
@@ -109,7 +111,7 @@ class KeptNodes:
                 state = self._recipe.parse()
             except SceneError as err:
                 raise SceneError(f"{err}\n  in:       a scene loaded before, which is read again") from err
-            now, before = fingerprint(state), self._fingerprint
+            now, before = fingerprint(state), self.fingerprint
         pairs = zip(before.files, now.files, strict=False)  # a file more or less is a change of another
         changed = [name for (name, digest), (_, other) in pairs if digest != other]
         if changed or now.nodes != before.nodes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
@@ -126,6 +127,12 @@ class Scene:
 
         key = make, mi.variant(), self.settings.width, self.settings.height
         return self._nodes.made(key, lambda: make(self))
+
+    @property
+    def files(self) -> tuple[tuple[str, str], ...] | None:
+        """Names and SHA-256 of the files it was loaded from; None for a scene of light paths from a file."""
+        fingerprint = getattr(self._nodes, "fingerprint", None)
+        return fingerprint and tuple((Path(name).name, digest) for name, digest in fingerprint.files)
 
     @property
     def folders(self) -> tuple[str, ...]:

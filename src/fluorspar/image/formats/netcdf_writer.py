@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
 from fluorspar.files.patient_file import PatientFile
+from fluorspar.files.run_journal import Left, RunJournal
 from fluorspar.files.writing import Temporary, check_target, undisturbed, write_error
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.dataset import VARIABLES, plain_attrs
@@ -43,12 +45,17 @@ class NetcdfWriter:
         Whether the standard errors of the components will be given too.
     components : sequence of str
         The C components.
+    label : mapping, optional
+        What is written, in words and digests. A writer that is killed, or whose disk is full, after more than a few
+        seconds then leaves what is finished, with a journal, to be gone on with.
+    left : Left, optional
+        What to go on with, see `left_of`.
 
     Raises
     ------
     ImageError
-        If the file cannot be written, or the disk has not enough space left for it. This is found out before
-        anything is rendered.
+        If the file cannot be written, what was left is of another version of HDF5, or the disk has not enough space.
+        This is found out before anything is rendered.
 
     Examples
     --------
@@ -72,6 +79,8 @@ class NetcdfWriter:
         component_errors: bool = False,
         *,
         components: Sequence[str] = COMPONENTS,
+        label: Mapping[str, str] | None = None,
+        left: Left | None = None,
     ) -> None:
         self.wavelengths = wavelengths
         self.height, self.width = height, width
@@ -83,21 +92,24 @@ class NetcdfWriter:
             or (component_errors and name == "component_standard_error")
         }
         pixel_bytes = 4 * len(wavelengths) * sum(layers.values())
-        self.path = check_target(path, height * width * pixel_bytes)
+        there = 0 if left is None else sum(count for _, count in left.runs)
+        self.path = check_target(path, (height * width - there) * pixel_bytes)
         self._layers = layers
         self._known = np.zeros(height * width, bool)
         self._data = -1
+        self._journal: RunJournal | None = None
         try:
-            self._temporary = Temporary(self.path)
+            self._temporary = Temporary(self.path, None if left is None else left.path)
             try:
-                rows, self._places = self._lay_out(components)
-                self._data = os.open(self._temporary.path, os.O_RDWR)
+                self._begin(components, label, left)
             except BaseException:
-                self._temporary.drop()
+                if left is None:
+                    self._temporary.drop()
+                else:
+                    self._temporary.leave()
                 raise
         except OSError as err:
             raise write_error(self.path, err) from err
-        self._block = rows * width  # pixels that follow one another in the file
 
     def __enter__(self) -> NetcdfWriter:
         return self
@@ -109,6 +121,10 @@ class NetcdfWriter:
             self.discard()
         elif self._data >= 0:
             self.close()
+
+    def has(self, first_pixel: int, count: int) -> bool:
+        """Whether pixels have been written."""
+        return bool(self._known[first_pixel : first_pixel + count].all())
 
     @property
     def finished_pixels(self) -> int:
@@ -149,9 +165,12 @@ class NetcdfWriter:
         self._check(first_pixel, count, given)
         with self._step():
             for name in self._layers:
-                for layer, pixels in enumerate(np.swapaxes(given[name], 0, 1)):  # type: ignore[arg-type]
+                values: Any = given[name]
+                for layer, pixels in enumerate(values.swapaxes(0, 1)):
                     self._put(name, layer, first_pixel, pixels)
             self._known[first_pixel : first_pixel + count] = True
+            if self._journal is not None:
+                self._journal.add(first_pixel, count)
 
     def close(self, partial: bool = False, attrs: Mapping[str, Any] | None = None) -> None:
         """Complete the file and give it its name.
@@ -178,17 +197,32 @@ class NetcdfWriter:
                 partial = True
             if partial:
                 self.attrs["partial"] = 1
+            if self._journal is not None:
+                self._journal.close()  # all is on the disk if it took long
             os.close(self._data)
             self._data = -1
             self._write_attrs()
             self._temporary.keep()
 
     def discard(self) -> None:
-        """Remove the temporary file; an older file of the name stays as it was."""
+        """Give the file up; an older file of the name stays as it was.
+
+        What is in the journal is left, to be gone on with; without one nothing is.
+        """
         if self._data >= 0:
+            if self._journal is not None:
+                with suppress(OSError):  # the disk may be full
+                    self._journal.close()
             os.close(self._data)
             self._data = -1
-        self._temporary.drop()
+        if self._can_go_on:
+            self._temporary.leave()
+        else:
+            self._temporary.drop()
+
+    @property
+    def _can_go_on(self) -> bool:
+        return self._journal is not None and self._journal.is_begun
 
     @contextmanager
     def _step(self) -> Iterator[None]:
@@ -198,7 +232,7 @@ class NetcdfWriter:
                 yield
             except (OSError, RuntimeError) as err:
                 self.discard()
-                raise write_error(self.path, err) from err
+                raise write_error(self.path, err, kept=self._can_go_on) from err
             except BaseException:
                 self.discard()
                 raise
@@ -226,9 +260,29 @@ class NetcdfWriter:
                 )
             )
 
-    def _lay_out(self, components: Sequence[str]) -> tuple[int, dict[str, NDArray[np.int64]]]:
+    def _begin(self, components: Sequence[str], label: Mapping[str, str] | None, left: Left | None) -> None:
+        """Lay out the file, or go on with what was left of it."""
+        path = self._temporary.path
+        if left is None:
+            rows, self._places = self._lay_out(path, components)
+        else:
+            beside = Temporary(self.path)
+            try:
+                rows, self._places = self._lay_out(beside.path, components)
+                self._renew(beside.path, rows, left)
+            finally:
+                beside.drop()
+        self._block = rows * self.width  # pixels that follow one another in the file
+        self._data = os.open(path, os.O_RDWR)
+        if label is not None:
+            header = {"label": dict(label), "places": self._places_as_lists()}
+            self._journal = RunJournal(
+                self._temporary.journal, header, self._data, 0 if left is None else left.end
+            )
+
+    def _lay_out(self, path: Path, components: Sequence[str]) -> tuple[int, dict[str, NDArray[np.int64]]]:
         """Create the file without pixels; return where they belong, see `places`."""
-        with PatientFile(self._temporary.path) as stream:
+        with PatientFile(path) as stream:
             size = self.height, self.width
             create(
                 stream, self.wavelengths, components, *size, list(self._layers), self.attrs, in_place=True
@@ -236,18 +290,67 @@ class NetcdfWriter:
             stream.check()
             return places(stream, list(self._layers))
 
+    def _places_as_lists(self) -> dict[str, Any]:
+        return {name: where.tolist() for name, where in self._places.items()}
+
+    def _renew(self, fresh: Path, rows: int, left: Left) -> None:
+        """Take all but the pixels from a file without pixels: the writer may have been killed while closing."""
+        if left.header.get("places") != self._places_as_lists():
+            raise ImageError(
+                message(
+                    "what was left of an unfinished image cannot be gone on with",
+                    where=left.path,
+                    got="a file of another version of HDF5",
+                    fix="render it anew, without --resume",
+                )
+            )
+        size = 4 * rows * self.width * len(self.wavelengths)
+        with fresh.open("rb") as source, left.path.open("r+b") as file:
+            end = source.seek(0, os.SEEK_END)
+            begins = np.sort(np.concatenate([where.ravel() for where in self._places.values()])).tolist()
+            for begin, stop in zip([0, *(at + size for at in begins)], [*begins, end], strict=True):
+                source.seek(begin)
+                file.seek(begin)
+                file.write(source.read(stop - begin))
+            file.truncate(end)
+        for first, count in left.runs:
+            self._known[first : first + count] = True
+
     def _put(self, name: str, layer: int, first_pixel: int, pixels: NDArray[np.floating]) -> None:
         """Write pixels of a layer to where they belong, past HDF5, of which a crash then leaves nothing half done."""
-        pixels = np.ascontiguousarray(pixels, np.float32)
-        done, count = 0, len(pixels)
-        while done < count:
-            number, start = divmod(first_pixel + done, self._block)
-            run = pixels[done : done + self._block - start]
-            place = int(self._places[name][layer, number]) + start * pixels[0].nbytes
-            left = memoryview(run).cast("B")
+        pixels = np.ascontiguousarray(pixels, dtype=np.float32)
+        for place, run in self._pieces(name, layer, first_pixel, pixels):
+            data: Any = run.view(np.uint8).reshape(-1)
+            left = memoryview(data)
             while left:
                 written = os.pwrite(self._data, left, place)
                 left, place = left[written:], place + written
+
+    def read_pixels(self, variable: str, first_pixel: int, count: int) -> NDArray[np.float32]:
+        """Read pixels that have been written.
+
+        Returns
+        -------
+        ndarray of shape (C or 1, count, N)
+        """
+        found = np.empty((self._layers[variable], count, len(self.wavelengths)), np.float32)
+        with self._step():
+            for layer, pixels in enumerate(found):
+                for place, run in self._pieces(variable, layer, first_pixel, pixels):
+                    run[...] = np.frombuffer(os.pread(self._data, run.nbytes, place), np.float32).reshape(
+                        run.shape
+                    )
+        return found
+
+    def _pieces(
+        self, name: str, layer: int, first_pixel: int, pixels: NDArray[np.float32]
+    ) -> Iterator[tuple[int, NDArray[np.float32]]]:
+        """Cut pixels of a layer into what lies together in the file, each with its place there."""
+        done = 0
+        while done < len(pixels):
+            number, start = divmod(first_pixel + done, self._block)
+            run = pixels[done : done + self._block - start]
+            yield int(self._places[name][layer, number]) + start * pixels[0].nbytes, run
             done += len(run)
 
     def _fill_gaps(self) -> None:

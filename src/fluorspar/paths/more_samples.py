@@ -1,0 +1,81 @@
+"""Add samples to a finished image: a pass of further random numbers, combined with it."""
+
+from __future__ import annotations
+
+import os
+import time
+from contextlib import closing
+from dataclasses import replace
+
+from fluorspar.errors import OptionError, message
+from fluorspar.fingerprint import fingerprint
+from fluorspar.image.combining import AddedPixels
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.job import RenderJob
+from fluorspar.paths.chunks import runs_of, trace_chunks
+from fluorspar.paths.render import fill, new_target
+from fluorspar.paths.resuming import check_same, passes_of
+from fluorspar.progress import Progress
+
+__all__ = ["render_more"]
+
+_FREE = ("samples", "seed", "pass", "errors of components")
+
+
+def render_more(
+    job: RenderJob,
+    output: str | os.PathLike[str],
+    *,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> SpectralImage:
+    """Render a pass of the samples of a job, and combine it with the image that is there.
+
+    Parameters
+    ----------
+    job : RenderJob
+        The scene and options of the image. Its seed and whether components have errors are the image's.
+    output : path-like
+        The `.nc` file of the image, which is replaced when the new one is whole.
+    resume : bool
+        Go on with the chunks of the pass that are there.
+    progress : callable, optional
+        Called with the pixels done and the pixels in all.
+
+    Returns
+    -------
+    SpectralImage
+        Its `spp` is that of all passes, attribute `passes` says that of each.
+
+    Raises
+    ------
+    OptionError
+        If the image is not finished, or of another scene or other options.
+    ImageError
+        If there is no image, or it cannot be written.
+    """
+    began = time.perf_counter()
+    image = SpectralImage.open(output)
+    attrs = image.attrs
+    wrong = [name for name in ("partial", "denoised") if attrs.get(name)]
+    if wrong:
+        fix = "finish it first: --resume" if wrong == ["partial"] else "add samples to the noisy one"
+        raise OptionError(message(f"samples are added to a {wrong[0]} image", where=output, fix=fix))
+    label = fingerprint(job)
+    if label is not None:
+        fix = "give the scene and the options of the image"
+        check_same(label, attrs.get("fingerprint"), output, but=_FREE, fix=fix)
+    passes = passes_of(image)
+    errors = "component_standard_error" in image.dataset
+    job = replace(job, seed=int(attrs["seed"]), stream=len(passes), component_errors=errors)
+    samples = job.scene.settings.spp
+    inner = new_target(job, output, fingerprint(job), resume=resume)
+    with AddedPixels(inner, samples, image, sum(passes)) as target:
+        left = [run for run in runs_of(job) if not target.has(*run)]
+        with closing(trace_chunks(job, left)) as chunks:
+            fill(target, chunks, job, progress=progress)
+        passes.append(samples)
+        timings = dict(attrs.get("timings", {}))
+        timings["render"] = round(timings.get("render", 0.0) + time.perf_counter() - began, 3)
+        told = {"spp": sum(passes), "passes": passes, "timings": timings}
+        return target.image({**attrs, **told}, partial=False)
