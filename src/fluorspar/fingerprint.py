@@ -14,7 +14,7 @@ from fluorspar.job import RenderJob
 from fluorspar.scene.records import to_record
 from fluorspar.version import __version__
 
-__all__ = ["differences", "fingerprint"]
+__all__ = ["differences", "fingerprint", "of_sweep"]
 
 _SHORT = 16  # hexadecimal digits of a digest: 64 bits
 _MOST = 100  # files, materials or lights with a digest each; HDF5 has no room for more than 64 KiB
@@ -55,8 +55,7 @@ def fingerprint(job: RenderJob) -> dict[str, str] | None:
         "rr_depth": str(settings.rr_depth),
         "wavelengths": str(job.grid),
         "excitation": f"from {computed.start:g} nm",
-        "Stokes rule": job.stokes,
-        "errors of components": "yes" if job.component_errors else "no",
+        **of_sweep(job),
         "seed": str(job.seed),
         "pass": str(job.stream + 1),
     }
@@ -75,6 +74,11 @@ def fingerprint(job: RenderJob) -> dict[str, str] | None:
     ]
     parts["rest of the scene"] = _digest(rest)
     return parts
+
+
+def of_sweep(job: RenderJob) -> dict[str, str]:
+    """The parts that light paths do not depend on, of one scene and grid."""
+    return {"Stokes rule": job.stokes, "errors of components": "yes" if job.component_errors else "no"}
 
 
 def differences(now: Mapping[str, str], before: Mapping[str, str], *, but: tuple[str, ...] = ()) -> list[str]:

@@ -18,7 +18,7 @@ from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparWarning, OptionError, message
 from fluorspar.files.writing import check_alone, remove_leftovers
-from fluorspar.fingerprint import fingerprint
+from fluorspar.fingerprint import fingerprint, of_sweep
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.notebook import explore
@@ -212,9 +212,10 @@ class LightPaths:
         )
         if materials or concentration:
             warn_of_brighter(self.job, job)
-        given = (wavelengths, stokes, excitation, component_errors, samples)
-        as_traced = not said and all(option is None for option in given)
+        as_traced = not said and wavelengths is None and excitation is None and samples is None
         label = self._fingerprint() if as_traced else None
+        if label is not None:
+            label = label | of_sweep(job)
         return render_chunks(self._unpacked(job), job, output=output, label=label, progress=shown(progress))
 
     def _fingerprint(self) -> dict[str, str] | None:
