@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-
-from fluorspar.errors import FluorsparError, message
+from fluorspar.extras import check_installed
 
 __all__ = ["check_extra"]
 
@@ -17,11 +15,4 @@ def check_extra() -> None:
     FluorsparError
         If it is not; the message says how to install it.
     """
-    if find_spec("mitsuba_oidn") is None:
-        raise FluorsparError(
-            message(
-                "denoising needs a package that is not installed",
-                got="no mitsuba-oidn",
-                fix='pip install "fluorspar[denoise]"',
-            )
-        )
+    check_installed("denoising", "denoise", "mitsuba_oidn")

@@ -1,0 +1,101 @@
+"""Rows of a study that differ in spectra only: they share light paths, traced once."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from fluorspar.studies.keys import Value
+from fluorspar.studies.study import Row
+
+__all__ = ["Group", "groups_of"]
+
+_RELIT = ("light", "concentration")  # what only light paths can be given
+_SPECTRAL = (
+    *_RELIT,
+    "material",
+    "same_luminance",
+    "wavelengths",
+    "stokes",
+    "excitation",
+    "component_errors",
+    "denoise",
+)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Renders that need one scene and, if `traced`, one set of light paths. It pickles.
+
+    Attributes
+    ----------
+    rows : tuple of Row
+        To be rendered now.
+    common : mapping of str to str, int, float or bool
+        Settings that all rows of the study have that are of this kind: what is loaded and traced. So an image is the
+        same bit for bit whether the others are done already or not.
+    traced : bool
+        Whether light paths are traced and kept; else the scene is rendered.
+    """
+
+    rows: tuple[Row, ...]
+    common: Mapping[str, Value]
+    traced: bool
+
+    @classmethod
+    def alone(cls, row: Row) -> Group:
+        """The group of one row, which is loaded with its own materials."""
+        return cls((row,), row.settings, any(_kind(key) in _RELIT for key in row.settings))
+
+
+def groups_of(rows: Iterable[Row], pending: Iterable[Row]) -> list[Group]:
+    """Group the pending rows of a study.
+
+    Examples
+    --------
+    >>> from fluorspar.studies.study import read_study
+    >>> lamps = {"render": {"scene": "furnace"}, "product": {"light.walls": ["A", "D65"], "seed": [1, 2, 3]}}
+    >>> rows = read_study(lamps).rows
+    >>> [[row.number for row in group.rows] for group in groups_of(rows, rows)]
+    [[1, 4], [2, 5], [3, 6]]
+    """
+    wanted = {row.number for row in pending}
+    alike: dict[str, list[Row]] = {}
+    for row in rows:
+        alike.setdefault(_key(row), []).append(row)
+    groups = []
+    for members in alike.values():
+        left = tuple(row for row in members if row.number in wanted)
+        if left and len(members) == 1:
+            groups.append(Group.alone(left[0]))
+        elif left:
+            shared = members[0].settings.items()
+            common = {k: v for k, v in shared if all(row.settings.get(k) == v for row in members)}
+            groups.append(Group(_in_order(left), common, True))
+    return groups
+
+
+def _key(row: Row) -> str:
+    """What rows must have in common to share light paths."""
+    settings = row.settings
+    if settings.get("method", "paths") != "paths" or "until" in settings:
+        return str(row.number)
+    return json.dumps({k: v for k, v in settings.items() if _kind(k) not in _SPECTRAL}, sort_keys=True)
+
+
+def _in_order(rows: tuple[Row, ...]) -> tuple[Row, ...]:
+    """Those that differ in lights only follow one another, because unpacked paths serve all of them."""
+
+    def surfaces(row: Row) -> str:
+        settings = row.settings.items()
+        return str(sorted((k, v) for k, v in settings if _kind(k) in ("material", "concentration")))
+
+    first: dict[str, int] = {}
+    for row in rows:
+        first.setdefault(surfaces(row), row.number)
+    return tuple(sorted(rows, key=lambda row: (first[surfaces(row)], row.number)))
+
+
+def _kind(key: str) -> str:
+    return key.partition(".")[0]
