@@ -178,9 +178,9 @@ def _results(
     if client is None:
         for group in groups:
             results = do_group(group, threads, None if again else bar.tell)
+            yield results
             if not again:
                 bar.advance(len(results))
-            yield results
         return
     from distributed import as_completed
 
@@ -192,9 +192,9 @@ def _results(
                 results = future.result()
             except Exception as err:  # a worker that died, above all
                 results = [Result(row.number, "failed", fault=fault_of(err)) for row in rows]
+            yield results
             if not again:
                 bar.advance(len(rows))
-            yield results
     finally:
         client.cancel(list(futures))
 

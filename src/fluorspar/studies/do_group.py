@@ -256,7 +256,7 @@ def _seen(source: Scene | LightPaths, materials: Mapping[str, Value], settings: 
 def _check_rendered(row: Row) -> None:
     """Refuse what only light paths can be given, of a row that none are traced for."""
     for key in row.settings:
-        if key.partition(".")[0] in ("light", "concentration", "same_luminance"):
+        if key.partition(".")[0] in ("light", "concentration"):
             got = "until" if "until" in row.settings else "method = staged"
             fix = "leave one of the two out, or change the scene file"
             raise OptionError(message(f"'{key}' needs light paths that are kept", got=got, fix=fix))

@@ -46,7 +46,8 @@ class Group:
     @classmethod
     def alone(cls, row: Row) -> Group:
         """The group of one row, which is loaded with its own materials."""
-        return cls((row,), row.settings, any(_kind(key) in _RELIT for key in row.settings))
+        is_relit = any(_kind(key) in _RELIT for key in row.settings)
+        return cls((row,), row.settings, is_relit and _keeps_paths(row))
 
 
 def groups_of(rows: Iterable[Row], pending: Iterable[Row]) -> list[Group]:
@@ -78,10 +79,14 @@ def groups_of(rows: Iterable[Row], pending: Iterable[Row]) -> list[Group]:
 
 def _key(row: Row) -> str:
     """What rows must have in common to share light paths."""
-    settings = row.settings
-    if settings.get("method", "paths") != "paths" or "until" in settings:
+    if not _keeps_paths(row):
         return str(row.number)
-    return json.dumps({k: v for k, v in settings.items() if _kind(k) not in _SPECTRAL}, sort_keys=True)
+    return json.dumps({k: v for k, v in row.settings.items() if _kind(k) not in _SPECTRAL}, sort_keys=True)
+
+
+def _keeps_paths(row: Row) -> bool:
+    """Whether a row can be made of light paths that are kept: not in passes, nor by the staged method."""
+    return row.settings.get("method", "paths") == "paths" and "until" not in row.settings
 
 
 def _in_order(rows: tuple[Row, ...]) -> tuple[Row, ...]:
