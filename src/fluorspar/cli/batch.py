@@ -14,13 +14,16 @@ __all__ = ["batch"]
 
 _EXAMPLES = """Example: lamps.toml is
 
+\b
   output = "lamps/{light}-{concentration:.2f}.nc"
 
+\b
   [render]
   scene = "cornell-box"
   size = "128x128"
   spp = 64
 
+\b
   [product]
   light.light = ["D65", "A", "FL11"]
   concentration.left-wall = { start = 0, stop = 1, number = 5 }

@@ -129,8 +129,10 @@ def run_study(
                     raise KeyboardInterrupt
     except KeyboardInterrupt:
         done = sum(result.status == "done" for result in found.values())
-        text = f"interrupted: {done} of {len(study.rows)} renders are done; the same command goes on with the others"
-        warnings.warn(text, FluorsparWarning, stacklevel=2)
+        if done < len(study.rows):
+            of = f"{done} of {len(study.rows)} renders are done"
+            text = f"interrupted: {of}; the same command goes on with the others"
+            warnings.warn(text, FluorsparWarning, stacklevel=2)
     _write(study, found)
     return _all(study, found)
 
