@@ -1,4 +1,4 @@
-"""Packages that Fluorspar needs for some purposes only."""
+"""Packages that only some purposes need, which `pip install "fluorspar[...]"` brings."""
 
 from __future__ import annotations
 
@@ -6,20 +6,22 @@ from importlib.util import find_spec
 
 from fluorspar.errors import FluorsparError, message
 
-__all__ = ["check_installed"]
+__all__ = ["check_extra"]
+
+_NEEDED = {
+    "view": ("the window needs", {"fastapi": "fastapi", "uvicorn": "uvicorn"}),
+    "denoise": ("denoising needs", {"mitsuba_oidn": "mitsuba-oidn"}),
+    "cluster": ("rendering on a cluster needs", {"distributed": "dask[distributed]"}),
+}
 
 
-def check_installed(what: str, extra: str, *modules: str) -> None:
-    """Find out whether the packages of an optional dependency are installed; none is imported.
+def check_extra(extra: str) -> None:
+    """Find out whether the packages of an extra are installed.
 
     Parameters
     ----------
-    what : str
-        What needs them.
     extra : str
-        Name of the optional dependency.
-    *modules : str
-        What is imported of it.
+        `"view"`, `"denoise"` or `"cluster"`.
 
     Raises
     ------
@@ -28,14 +30,15 @@ def check_installed(what: str, extra: str, *modules: str) -> None:
 
     Examples
     --------
-    >>> check_installed("counting", "numbers", "numpy", "no_such_package")
-    Traceback (most recent call last):
-    ...
-    fluorspar.errors.FluorsparError: counting needs what is not installed
-      got:      no no-such-package
-      fix:      pip install "fluorspar[numbers]"
+    >>> check_extra("view")
     """
-    missing = [name.replace("_", "-") for name in modules if find_spec(name) is None]
+    purpose, modules = _NEEDED[extra]
+    missing = [package for module, package in modules.items() if find_spec(module) is None]
     if missing:
-        fault, fix = f"{what} needs what is not installed", f'pip install "fluorspar[{extra}]"'
-        raise FluorsparError(message(fault, got=f"no {', '.join(missing)}", fix=fix))
+        raise FluorsparError(
+            message(
+                f"{purpose} packages that are not installed",
+                got=f"no {', '.join(missing)}",
+                fix=f'pip install "fluorspar[{extra}]"',
+            )
+        )

@@ -196,6 +196,6 @@ def test_darkness_stays_dark() -> None:
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fluorspar.extras.find_spec", lambda name: None)
+    monkeypatch.setattr("fluorspar.denoising.extra.find_spec", lambda name: None)
     with pytest.raises(FluorsparError, match=r'pip install "fluorspar\[denoise\]"'):
         check_extra()

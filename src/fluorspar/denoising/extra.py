@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from fluorspar.extras import check_installed
+from importlib.util import find_spec
+
+from fluorspar.errors import FluorsparError, message
 
 __all__ = ["check_extra"]
 
@@ -15,4 +17,11 @@ def check_extra() -> None:
     FluorsparError
         If it is not; the message says how to install it.
     """
-    check_installed("denoising", "denoise", "mitsuba_oidn")
+    if find_spec("mitsuba_oidn") is None:
+        raise FluorsparError(
+            message(
+                "denoising needs a package that is not installed",
+                got="no mitsuba-oidn",
+                fix='pip install "fluorspar[denoise]"',
+            )
+        )

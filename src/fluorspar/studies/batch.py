@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fluorspar.errors import FluorsparWarning
-from fluorspar.extras import check_installed
+from fluorspar.extras import check_extra
 from fluorspar.files.writing import check_not_input
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.builtin import BUILTIN
@@ -108,7 +108,7 @@ def run_study(
         One of each row, in order.
     """
     if client is not None:
-        check_installed("a batch on other machines", "cluster", "distributed")
+        check_extra("cluster")
     _prepare(study)
     found = _done_before(study)
     pending = [row for row in study.rows if row.number not in found]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fluorspar.errors import ImageError, OptionError, message
-from fluorspar.extras import check_installed
+from fluorspar.extras import check_extra
 from fluorspar.studies.index import DIM
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def open_study(path: str | os.PathLike[str]) -> xr.Dataset:
     ...     dict(table.radiance.mean(["y", "x"]).sizes)
     {'component': 7, 'wavelength': 69, 'light.light': 2, 'seed': 3}
     """
-    check_installed("opening many images at once", "cluster", "dask")
+    check_extra("cluster")
     import xarray as xr
 
     given = Path(path)

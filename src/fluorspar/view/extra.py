@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from fluorspar.extras import check_installed
+from importlib.util import find_spec
+
+from fluorspar.errors import FluorsparError, message
 
 __all__ = ["check_extra"]
+
+_NEEDED = ("fastapi", "uvicorn")
 
 
 def check_extra() -> None:
@@ -19,4 +23,11 @@ def check_extra() -> None:
     --------
     >>> check_extra()
     """
-    check_installed("the window", "view", "fastapi", "uvicorn")
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        fix = 'pip install "fluorspar[view]"'
+        raise FluorsparError(
+            message(
+                "the window needs packages that are not installed", got=f"no {', '.join(missing)}", fix=fix
+            )
+        )
