@@ -66,7 +66,13 @@ def statuses(index: Any) -> list[str]:
 
 class TestImages:
     def test_a_row_is_the_render_of_its_options(self) -> None:
-        own = {"D.size": 0.5, "material.ball": "poster-red", "seed": 3, "max_depth": 3, "component_errors": True}
+        own = {
+            "D.size": 0.5,
+            "material.ball": "poster-red",
+            "seed": 3,
+            "max_depth": 3,
+            "component_errors": True,
+        }
         batch({"render": QUICK | {"scene": "ball.xml"} | own, "output": "a.nc"})
         scene = fluorspar.load_scene("ball.xml", parameters={"size": 0.5}, materials={"ball": "poster-red"})
         options = {"size": (8, 8), "spp": 4, "wavelengths": GRID, "variant": "llvm"}
@@ -127,7 +133,9 @@ class TestImages:
         with SpectralImage.open("a.nc") as image:
             assert "denoised" in image.attrs
 
-    def test_files_named_in_a_study_are_beside_it(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_files_named_in_a_study_are_beside_it(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         (folder / "lamp.csv").write_text("wavelength,value\n300,1\n800,2\n")
         study = 'render = { scene = "ball.xml", size = "8x8", spp = 4, light.sky = "lamp.csvx2" }\noutput = "a/b.nc"'
         (folder / "warm.toml").write_text(study)
@@ -154,15 +162,16 @@ class TestImages:
         assert Path("large-1.png").exists()
 
 
-class TestAgain:
-    STUDY: dict[str, Any] = {
-        "render": QUICK | {"scene": "ball.xml"},
-        "product": {"seed": [1, 2]},
-        "output": "{seed}.nc",
-    }
+SEEDS: dict[str, Any] = {
+    "render": QUICK | {"scene": "ball.xml"},
+    "product": {"seed": [1, 2]},
+    "output": "{seed}.nc",
+}
 
+
+class TestAgain:
     def test_what_is_done_is_left_out(self, counted: dict[str, int]) -> None:
-        first, second = batch(self.STUDY), batch(self.STUDY)
+        first, second = batch(SEEDS), batch(SEEDS)
         assert counted["render_job"] == 2
         assert statuses(first) == statuses(second) == ["done", "done"]
         assert first["study_row"].equals(second["study_row"])
@@ -186,31 +195,31 @@ class TestAgain:
     def test_what_is_not_whole_is_rendered_again(
         self, change: Callable[[], object], counted: dict[str, int]
     ) -> None:
-        batch(self.STUDY)
+        batch(SEEDS)
         expected = radiance("1.nc")
         change()
-        batch(self.STUDY)
+        batch(SEEDS)
         assert counted["render_job"] == 3
         np.testing.assert_array_equal(radiance("1.nc"), expected)
 
     def test_a_partial_image_is_rendered_again(self, counted: dict[str, int]) -> None:
         import h5py
 
-        batch(self.STUDY)
+        batch(SEEDS)
         with h5py.File("2.nc", "r+") as file:
             file.attrs["partial"] = 1
-        batch(self.STUDY)
+        batch(SEEDS)
         assert counted["render_job"] == 3
 
     def test_another_row_or_scene_is_rendered_again(self, counted: dict[str, int]) -> None:
-        batch(self.STUDY)
+        batch(SEEDS)
         os.utime("ball.xml", (1, 1))
-        batch(self.STUDY)
+        batch(SEEDS)
         assert counted["render_job"] == 2, "its content has not changed"
         Path("ball.xml").write_text(SCENE.replace('value="1"', 'value="0.5"'))
-        batch(self.STUDY)
+        batch(SEEDS)
         assert counted["render_job"] == 4
-        batch(self.STUDY | {"render": self.STUDY["render"] | {"spp": 8}})
+        batch(SEEDS | {"render": SEEDS["render"] | {"spp": 8}})
         assert counted["render_job"] == 6
 
 
@@ -231,7 +240,15 @@ class TestFaults:
         assert statuses(index) == ["done", *["failed"] * 7, "done"]
         for fault, part in zip(
             index["fault"].values[1:8],
-            ("no-lamp", "'lamp'", "no-paint", "wavelength", "no-scene.xml", "needs light paths", "needs light paths"),
+            (
+                "no-lamp",
+                "'lamp'",
+                "no-paint",
+                "wavelength",
+                "no-scene.xml",
+                "needs light paths",
+                "needs light paths",
+            ),
             strict=True,
         ):
             assert part in fault

@@ -13,7 +13,13 @@ import pytest
 from fluorspar import SpectralImage, batch
 
 STUDY: dict[str, Any] = {
-    "render": {"scene": "cornell-box", "size": "8x8", "spp": 4, "wavelengths": "400:700:20", "variant": "llvm"},
+    "render": {
+        "scene": "cornell-box",
+        "size": "8x8",
+        "spp": 4,
+        "wavelengths": "400:700:20",
+        "variant": "llvm",
+    },
     "product": {"light.light": ["A", "D65"], "seed": [1, 2]},
     "output": "{light}-{seed}.nc",
 }
@@ -55,7 +61,9 @@ def test_a_fault_on_a_worker_is_told(client: Any, tmp_path: Path, monkeypatch: p
     assert "nothing.xml" in index["fault"].values[0]
 
 
-def test_a_worker_that_dies_fails_its_rows(client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_that_dies_fails_its_rows(
+    client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """And the other rows are done."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("fluorspar.studies.batch._task", _deadly)

@@ -70,7 +70,9 @@ def test_two_lines_of_xarray_do_it_too(study: Path) -> None:
     files = [study.parent / name for name in index["output"].values]
     images = xr.open_mfdataset(files, combine="nested", concat_dim="render").assign_coords(index.coords)
     with open_study(study) as expected:
-        xr.testing.assert_equal(images["radiance"].compute(), expected["radiance"].drop_vars("output").compute())
+        xr.testing.assert_equal(
+            images["radiance"].compute(), expected["radiance"].drop_vars("output").compute()
+        )
     images.close()
     index.close()
 
@@ -108,7 +110,13 @@ def test_dask_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.parametrize(
     ("values", "expected"),
-    [([1, 2], [1, 2]), ([1, None], [1, np.nan]), ([1, 0.5], [1, 0.5]), (["A", 0.5], ["A", "0.5"]), (["A", None], ["A", ""])],
+    [
+        ([1, 2], [1, 2]),
+        ([1, None], [1, np.nan]),
+        ([1, 0.5], [1, 0.5]),
+        (["A", 0.5], ["A", "0.5"]),
+        (["A", None], ["A", ""]),
+    ],
 )
 def test_settings_are_numbers_where_all_are(values: list[Any], expected: list[Any]) -> None:
     rows = [{} if value is None else {"D.a": value} for value in values]

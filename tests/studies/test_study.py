@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from fluorspar.errors import OptionError
@@ -58,7 +59,9 @@ class TestTables:
 
     def test_toml_and_csv_say_the_same(self, tmp_path: Path) -> None:
         text = 'render.scene = "furnace"\nrows = [{ spp = 4, D.width = "x", light.sky = "A" }, { spp = 8 }]'
-        csv = "scene,spp,D.width,light.sky\nfurnace,4,x,A\n# not yet\nfurnace,8,,\n".replace("# not yet\n", "")
+        csv = "scene,spp,D.width,light.sky\nfurnace,4,x,A\n# not yet\nfurnace,8,,\n".replace(
+            "# not yet\n", ""
+        )
         found = [settings_of(read_study(written(tmp_path, *one))) for one in ((text,), (csv, "lamps.csv"))]
         assert found[0] == found[1]
 
@@ -70,6 +73,21 @@ class TestTables:
         ]
         assert study.index == tmp_path / "lamps-index"
 
+    def test_a_row_may_name_its_file(self, tmp_path: Path) -> None:
+        study = read_study(written(tmp_path, "scene,output\nfurnace,a.png\nfurnace,\n", "lamps.csv"))
+        assert [row.outputs[0].name for row in study.rows] == ["a.png", "lamps-2.nc"]
+        assert "output" not in study.rows[0].settings
+
+    def test_what_python_has(self) -> None:
+        render = {"scene": Path("box.xml"), "size": (8, 6), "spp": np.int64(4)}
+        study = read_study({"render": render, "product": {"concentration": {"wall": np.linspace(0, 1, 3)}}})
+        assert settings_of(study)[1] == {
+            "scene": "box.xml",
+            "size": "8x6",
+            "spp": 4,
+            "concentration.wall": 0.5,
+        }
+
     def test_several_files_a_row(self) -> None:
         study = read_study({"render": BOX, "output": ["a.nc", "a.png"]})
         assert [path.name for path in study.rows[0].outputs] == ["a.nc", "a.png"]
@@ -80,7 +98,10 @@ class TestTables:
     [
         ({"rendr": BOX}, ("no 'rendr'", "did you mean render?")),
         ({"render": BOX | {"sp": 4}}, ("no option 'sp'", "did you mean spp?")),
-        ({"render": BOX | {"lights": {"lamp": "A"}}}, ("no option 'lights.lamp'", "did you mean light.lamp?")),
+        (
+            {"render": BOX | {"lights": {"lamp": "A"}}},
+            ("no option 'lights.lamp'", "did you mean light.lamp?"),
+        ),
         ({"render": BOX | {"light": "A"}}, ("no option 'light'", "light.ID")),
         ({"render": BOX | {"spp": 4.5}}, ("not readable", "render, spp", "a whole number")),
         ({"render": BOX | {"spp": True}}, ("not readable", "render, spp")),
@@ -159,7 +180,10 @@ class TestGroups:
         return [[row.number for row in group.rows] for group in groups_of(rows, rows)]
 
     def test_spectra_share_light_paths(self) -> None:
-        product: dict[str, list[Any]] = {"wavelengths": ["400:700:10", "400:700:20"], "stokes": ["half", "strict"]}
+        product: dict[str, list[Any]] = {
+            "wavelengths": ["400:700:10", "400:700:20"],
+            "stokes": ["half", "strict"],
+        }
         assert self.grouped(product=product) == [[1, 2, 3, 4]]
 
     @pytest.mark.parametrize(

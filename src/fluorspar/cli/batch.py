@@ -32,8 +32,8 @@ _EXAMPLES = """Example: lamps.toml is
 
 Every value of [product] is combined with every other, and with each table [[rows]] if there are some. Keys are the
 options of 'fluorspar render' (scene, size, spp, seed, wavelengths, max_depth, matte, sensor, until, denoise, ...), and
-D.KEY, light.ID, material.ID, concentration.ID. In a CSV file they are columns, and each line is a render. Names of files
-are relative to the folder of the study."""
+D.KEY, light.ID, material.ID, concentration.ID. In a CSV file they are columns, and each line is a render. Names of
+files are relative to the folder of the study."""
 
 
 def batch(

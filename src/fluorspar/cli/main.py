@@ -35,7 +35,7 @@ from fluorspar.version import __version__
 __all__ = ["app", "main"]
 
 USER_ERROR = 2
-OWN_FAULT = 70  # EX_SOFTWARE of sysexits.h: not 1, which says that a limit of `compare` is exceeded
+OWN_FAULT = 70  # EX_SOFTWARE of sysexits.h: not 1, which says that a limit of `compare` is exceeded, or `batch` failed
 INTERRUPTED = 130  # by Ctrl-C; typer's code for it, and that of `render` for an image that is partial
 
 # What the operating system refuses for reasons outside this program
@@ -61,7 +61,8 @@ app = typer.Typer(
     help="Spectral images of scenes with fluorescent objects.\n\n"
     "Example:  fluorspar render cornell-box -o box.nc -o box.png\n\n"
     "Example:  fluorspar view cornell-box\n\n"
-    "Exit codes: 0 done; 1 a limit of 'compare --fail-above' is exceeded, or a render of a batch failed; 2 something to be mended by you; "
+    "Exit codes: 0 done; 1 a limit of 'compare --fail-above' is exceeded, or a render of 'batch' failed; "
+    "2 something to be mended by you; "
     "70 a fault of Fluorspar itself; 130 interrupted by Ctrl-C; 143 by SIGTERM.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},

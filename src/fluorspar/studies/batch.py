@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fluorspar.errors import FluorsparWarning
+from fluorspar.errors import FluorsparError, FluorsparWarning
 from fluorspar.extras import check_extra
-from fluorspar.files.writing import check_not_input
+from fluorspar.files.writing import check_not_input, check_target
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.builtin import BUILTIN
 from fluorspar.studies.do_group import MARK, Result, do_group, fault_of
@@ -117,28 +117,32 @@ def run_study(
     try:
         for again in (False, True):
             rows = [row for row in pending if not again or found[row.number].status == "failed"]
-            for results in _results(groups_of(study.rows, rows), client, threads, bar, again):
-                for result in results:
-                    found[result.number] = result
-                    for category, text in result.warnings:
-                        warnings.warn(text, category, stacklevel=2)
-                if time.monotonic() - written > _EVERY:
-                    _write(study, found)
-                    written = time.monotonic()
-                if any(result.status == "open" for result in results):
-                    raise KeyboardInterrupt
+            with closing(_results(groups_of(study.rows, rows), client, threads, bar, again)) as done:
+                for results in done:
+                    for result in results:
+                        found[result.number] = result
+                        for category, text in result.warnings:
+                            warnings.warn(text, category, stacklevel=3)
+                    if time.monotonic() - written > _EVERY:
+                        with suppress(FluorsparError):  # told at the end
+                            _write(study, found)
+                        written = time.monotonic()
+                    if any(result.status == "open" for result in results):
+                        raise KeyboardInterrupt
     except KeyboardInterrupt:
-        done = sum(result.status == "done" for result in found.values())
-        if done < len(study.rows):
-            of = f"{done} of {len(study.rows)} renders are done"
+        count = sum(result.status == "done" for result in found.values())
+        if count < len(study.rows):
+            of = f"{count} of {len(study.rows)} renders are done"
             text = f"interrupted: {of}; the same command goes on with the others"
-            warnings.warn(text, FluorsparWarning, stacklevel=2)
+            warnings.warn(text, FluorsparWarning, stacklevel=3)
     _write(study, found)
     return _all(study, found)
 
 
 def _prepare(study: Study) -> None:
     """Refuse to overwrite what is read; make the folders of the files."""
+    if study.index is not None:
+        check_target(study.index.with_name(f"{study.index.name}.csv"))
     for row in study.rows:
         scene = located(row.settings, row.folder)["scene"]
         for path in row.outputs:
@@ -175,7 +179,7 @@ def _mark_in(path: Path, known: Mapping[Path, str]) -> str:
 
 def _results(
     groups: Sequence[Group], client: Any, threads: int | None, bar: _Bar, again: bool
-) -> Iterator[list[Result]]:
+) -> Generator[list[Result]]:
     """Do one group after another, here or on workers."""
     if client is None:
         for group in groups:
@@ -188,7 +192,7 @@ def _results(
 
     futures = {client.submit(_task, group, threads, pure=False): group for group in groups}
     try:
-        for future in as_completed(futures):
+        for future in as_completed(futures):  # type: ignore[no-untyped-call]
             rows = futures[future].rows
             try:
                 results = future.result()

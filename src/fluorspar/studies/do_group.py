@@ -148,7 +148,7 @@ def _source(group: Group, threads: int | None, report: Progress) -> Iterator[Sce
         str(settings["scene"]),
         materials=ids_of(settings, "material"),  # type: ignore[arg-type]
         matte=bool(settings.get("matte", False)),
-        parameters=ids_of(settings, "D"),
+        parameters={key: _xml(value) for key, value in ids_of(settings, "D").items()},
         library=_library(settings),
         sensor=settings.get("sensor"),  # type: ignore[arg-type]
     )
@@ -226,6 +226,11 @@ def _attempt(
     return result
 
 
+def _xml(value: Value) -> str:
+    """A value as a scene file has it."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
 def _library(settings: Mapping[str, Value]) -> tuple[str, ...]:
     return (str(settings["library"]),) if "library" in settings else ()
 
@@ -265,7 +270,7 @@ def _check_rendered(row: Row) -> None:
 def _stream(row: Row, source: Scene | LightPaths) -> Path | None:
     """The NetCDF file that a large image is streamed to while it is made."""
     scene = source if isinstance(source, Scene) else source.job.scene
-    settings, grid = scene.settings, read_grid(row.settings.get("wavelengths"))  # type: ignore[arg-type]
+    settings, grid = scene.settings, read_grid(row.settings.get("wavelengths"))
     planes = (1 + len(COMPONENTS)) * (1 + bool(row.settings.get("component_errors")))
     if 4 * planes * settings.width * settings.height * len(grid) < available_memory() // _SHARE:
         return None

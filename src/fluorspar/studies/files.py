@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ __all__ = ["located", "mark_of"]
 _NAME_FILES = ("scene", "library", "D", "light", "material")
 
 
-def located(settings: dict[str, Value], folder: Path) -> dict[str, Value]:
+def located(settings: Mapping[str, Value], folder: Path) -> dict[str, Value]:
     """Write the names of files that are in the folder of the study as paths from anywhere.
 
     Examples
@@ -56,7 +56,7 @@ def mark_of(row: Row) -> str:
 
 
 def _files_of(row: Row) -> Iterator[Path]:
-    for key, value in located(dict(row.settings), row.folder).items():
+    for key, value in located(row.settings, row.folder).items():
         if key == "scene" and value in BUILTIN:
             yield builtin_path(str(value))
         elif isinstance(value, str) and key.partition(".")[0] in _NAME_FILES:

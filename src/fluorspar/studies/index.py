@@ -53,13 +53,18 @@ def index_of(study: Study, results: Iterable[Result]) -> xr.Dataset:
 
     by_number = {result.number: result for result in results}
     found = [by_number[row.number] for row in study.rows]
-    coords: dict[str, Any] = {DIM: (DIM, [row.number for row in study.rows], {"long_name": "row of the study"})}
+    coords: dict[str, Any] = {
+        DIM: (DIM, [row.number for row in study.rows], {"long_name": "row of the study"})
+    }
     for key in study.keys:
         coords[key] = (DIM, _column([row.settings.get(key) for row in study.rows]))
     base = Path.cwd() if study.index is None else study.index.parent
     variables: dict[str, Any] = {}
     for place, name in enumerate(output_names(study)):
-        files = [os.path.relpath(row.outputs[place], base) for row in study.rows]
+        files = [
+            "".join(os.path.relpath(file, base) for file in row.outputs[place : place + 1])
+            for row in study.rows
+        ]
         variables[name] = (DIM, files, {"long_name": _ABOUT["output"]})
     variables |= {
         "status": (DIM, [result.status for result in found]),
@@ -75,7 +80,7 @@ def index_of(study: Study, results: Iterable[Result]) -> xr.Dataset:
 
 def output_names(study: Study) -> list[str]:
     """Names of the variables that hold the files: `output`, `output_2`, ..."""
-    count = len(study.rows[0].outputs)
+    count = max(len(row.outputs) for row in study.rows)
     return ["output", *(f"output_{place}" for place in range(2, count + 1))]
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
-from typing import Any, TypeAlias
+from typing import TypeAlias
+
+import numpy as np
 
 from fluorspar.errors import OptionError, message
 from fluorspar.scene.settings_text import size_of
@@ -31,6 +34,8 @@ def read_value(key: str, given: object, where: str) -> Value:
     (64, '0.5', '8x8')
     """
     check_key(key, where)
+    if isinstance(given, np.generic):
+        given = given.item()
     expected, read = _READERS[key.partition(".")[0]]
     try:
         return read(given)
@@ -81,6 +86,7 @@ def ids_of(settings: Mapping[str, Value], kind: str) -> dict[str, Value]:
 
 
 def _text(given: object) -> str:
+    given = os.fspath(given) if isinstance(given, os.PathLike) else given
     if not isinstance(given, str) or not given.strip():
         raise TypeError
     return given.strip()
@@ -111,6 +117,9 @@ def _scalar(given: object) -> Value:
 
 
 def _size(given: object) -> str:
+    if isinstance(given, list | tuple):
+        width, height = map(_whole, given)
+        return f"{width}x{height}"
     size_of(_text(given), "")
     return _text(given)
 
@@ -119,7 +128,7 @@ _TEXT, _WHOLE, _YES = ("a text", _text), ("a whole number", _whole), ("true or f
 
 _READERS: Mapping[str, tuple[str, Callable[[object], Value]]] = {
     "scene": ("the name of a built-in scene, or a scene file (.xml)", _text),
-    "size": ('"WIDTHxHEIGHT" in pixels, such as "512x512"', _size),
+    "size": ('"WIDTHxHEIGHT" or [WIDTH, HEIGHT] in pixels, such as "512x512"', _size),
     "spp": _WHOLE,
     "seed": _WHOLE,
     "wavelengths": ('"START:STOP:STEP" in nm', _text),

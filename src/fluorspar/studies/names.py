@@ -21,7 +21,7 @@ _FILE = re.compile(r"\.(xml|csv|txt|spd|bfc|obj|ply|stl|gltf|glb)$", re.IGNORECA
 
 
 def name_outputs(
-    rows: Sequence[Mapping[str, Value]], patterns: str | Sequence[str], folder: Path, study: str
+    rows: Sequence[Mapping[str, Value]], patterns: Sequence[str | Sequence[str]], folder: Path, study: str
 ) -> list[tuple[Path, ...]]:
     """Name the files of all rows.
 
@@ -29,9 +29,10 @@ def name_outputs(
     ----------
     rows : sequence of mapping
         The settings of each row.
-    patterns : str or sequence of str
-        As of `str.format`. The fields are the keys of the rows (`{light.lamp}`), or only their kind where a row has one
-        of it (`{light}`); `{number}`, that of the row; and `{study}`. Of files, their names without folder and suffix.
+    patterns : sequence of str or of sequence of str
+        One or several of each row, as of `str.format`. The fields are the keys of the rows (`{light.lamp}`), or only
+        their kind where a row has one of it (`{light}`); `{number}`, that of the row; and `{study}`. Of files, their
+        names without folder and suffix.
     folder : Path
         To which the names are relative.
     study : str
@@ -44,29 +45,28 @@ def name_outputs(
     Examples
     --------
     >>> rows = [{"scene": "rooms/attic.xml", "concentration.wall": value} for value in (0.0, 0.5)]
-    >>> [str(names[0]) for names in name_outputs(rows, "{scene}-{concentration:.1f}.nc", Path("out"), "attic")]
+    >>> [str(names[0]) for names in name_outputs(rows, ["{scene}-{concentration:.1f}.nc"] * 2, Path("out"), "s")]
     ['out/attic-0.0.nc', 'out/attic-0.5.nc']
     """
-    patterns = [patterns] if isinstance(patterns, str) else list(patterns)
-    for pattern in patterns:
-        suffix = os.path.splitext(pattern)[1].lower()
-        if suffix not in SUFFIXES_WRITTEN:
-            fault, expected = "this kind of file cannot be written", ", ".join(SUFFIXES_WRITTEN)
-            raise OptionError(message(fault, where="output", got=pattern, expected=expected))
     digits = len(str(len(rows)))
     found = [
         tuple(
             Path(os.path.normpath(folder / _filled(pattern, row, f"{number:0{digits}}", study)))
-            for pattern in patterns
+            for pattern in ([of_row] if isinstance(of_row, str) else of_row)
         )
-        for number, row in enumerate(rows, start=1)
+        for number, (row, of_row) in enumerate(zip(rows, patterns, strict=True), start=1)
     ]
     _check_unique(rows, found)
     return found
 
 
 def _filled(pattern: str, row: Mapping[str, Value], number: str, study: str) -> str:
-    fields: dict[str, Any] = {key: _Word(value) if isinstance(value, str) else value for key, value in row.items()}
+    if os.path.splitext(str(pattern))[1].lower() not in SUFFIXES_WRITTEN:
+        fault, expected = "this kind of file cannot be written", ", ".join(SUFFIXES_WRITTEN)
+        raise OptionError(message(fault, where="output", got=pattern, expected=expected))
+    fields: dict[str, Any] = {
+        key: _Word(value) if isinstance(value, str) else value for key, value in row.items()
+    }
     for key in row:
         kind = key.partition(".")[0]
         if kind != key and sum(other.startswith(f"{kind}.") for other in row) == 1:

@@ -62,11 +62,15 @@ def open_study(path: str | os.PathLike[str]) -> xr.Dataset:
     stem = given.stem if given.stem.endswith("-index") else f"{given.stem}-index"
     file = given.with_name(f"{stem}.nc")
     if not file.is_file():
-        raise ImageError(message("there is no index", where=file, fix=f"render the study: fluorspar batch {given}"))
+        raise ImageError(
+            message("there is no index", where=file, fix=f"render the study: fluorspar batch {given}")
+        )
     index = xr.load_dataset(file, engine="h5netcdf")
     index = index.isel({DIM: index["status"].values == "done"})
     names = [name for name in index if str(name).partition("_")[0] == "output"]
-    name = next((name for name in names if all(str(f).lower().endswith(".nc") for f in index[name].values)), None)
+    name = next(
+        (name for name in names if all(str(f).lower().endswith(".nc") for f in index[name].values)), None
+    )
     if name is None or not index.sizes[DIM]:
         raise ImageError(message("no image of the study is done, or none is NetCDF", where=file))
     try:
@@ -83,5 +87,7 @@ def open_study(path: str | os.PathLike[str]) -> xr.Dataset:
         )
     except ValueError as err:
         fix = "open those of one size and grid: select rows of the index, and give their files to xarray.open_mfdataset"
-        raise OptionError(message("the images of the study have not one shape", where=file, got=err, fix=fix)) from err
+        raise OptionError(
+            message("the images of the study have not one shape", where=file, got=err, fix=fix)
+        ) from err
     return images.assign_coords({**index.coords, "output": (DIM, index[name].values)})

@@ -89,7 +89,7 @@ def read_study(
     source : path or mapping
         A TOML file, or a dict of the same tables: `output`, patterns of file names; `render`, what all rows share;
         `product`, lists of values or ranges `{start, stop, number}`, every one combined with every other; `rows`, each
-        combined with every combination. Or a CSV file, a row for each render.
+        combined with every combination, and perhaps with an `output` of its own. Or a CSV file, a row for each render.
     output : str or sequence of str, optional
         Patterns of the file names, instead of the study's.
 
@@ -112,8 +112,9 @@ def read_study(
         where, folder, name = str(source), path.parent, path.stem
         tables = _tables_of(path)
     _check_tables(tables, where)
-    settings = list(_combined(tables, where))
-    patterns = output or tables.get("output") or f"{name}-{{number}}.nc"
+    settings, names = zip(*_combined(tables, where), strict=True)
+    shared = output or tables.get("output") or f"{name}-{{number}}.nc"
+    patterns = [own if own and not output else shared for own in names]
     outputs = name_outputs(settings, patterns, folder, name)
     rows = [
         Row(number, given, files, folder)
@@ -143,9 +144,7 @@ def _check_tables(tables: Mapping[str, Any], where: str) -> None:
         if name not in _TABLES:
             fix = did_you_mean(name, _TABLES) or "options that all rows share belong below [render]"
             expected = ", ".join(_TABLES)
-            raise OptionError(
-                message(f"a study has no '{name}'", where=where, expected=expected, fix=fix)
-            )
+            raise OptionError(message(f"a study has no '{name}'", where=where, expected=expected, fix=fix))
         if name in ("render", "product") and not isinstance(given, Mapping):
             raise OptionError(message("this is no table", where=f"{where}, {name}", got=repr(given)))
         if name == "rows" and not (
@@ -157,8 +156,8 @@ def _check_tables(tables: Mapping[str, Any], where: str) -> None:
             )
 
 
-def _combined(tables: Mapping[str, Any], where: str) -> Iterator[dict[str, Value]]:
-    """Go through the settings of all rows: each with every combination of the product."""
+def _combined(tables: Mapping[str, Any], where: str) -> Iterator[tuple[dict[str, Value], Any]]:
+    """Go through the settings and the own outputs of all rows: each with every combination of the product."""
     shared = _settings(tables.get("render", {}), f"{where}, render")
     axes = {
         key: _values(key, given, f"{where}, product")
@@ -166,7 +165,7 @@ def _combined(tables: Mapping[str, Any], where: str) -> Iterator[dict[str, Value
     }
     for number, given in enumerate(tables.get("rows") or [{}], start=1):
         at = f"{where}, row {number}"
-        own = _settings(given, at)
+        own = _settings({key: value for key, value in given.items() if key != "output"}, at)
         if both := own.keys() & axes.keys():
             fault, fix = "a key is both in a row and in the product", "leave one of them out"
             raise OptionError(message(fault, where=at, got=", ".join(sorted(both)), fix=fix))
@@ -175,7 +174,7 @@ def _combined(tables: Mapping[str, Any], where: str) -> Iterator[dict[str, Value
             if "scene" not in settings:
                 fix = 'say which, such as scene = "cornell-box"'
                 raise OptionError(message("a row has no scene", where=at, fix=fix))
-            yield settings
+            yield settings, given.get("output")
 
 
 def _settings(given: Mapping[str, Any], where: str) -> dict[str, Value]:
@@ -204,6 +203,8 @@ def _values(key: str, given: Any, where: str) -> list[Value]:
             raise OptionError(
                 message("a range is not readable", where=f"{where}, {key}", got=dict(given))
             ) from err
+    if isinstance(given, np.ndarray):
+        given = given.tolist()
     if isinstance(given, str) or not isinstance(given, Sequence) or not given:
         expected = "a list of values, or { start = 0, stop = 1, number = 5 }"
         got = dict(given) if isinstance(given, Mapping) else repr(given)
