@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -342,6 +344,41 @@ class TestInterrupted:
             index = batch(study, progress=stop(250))
         assert statuses(index) == ["open", "open"]
         assert not list(Path().glob("*.nc"))
+
+
+@pytest.mark.parametrize("traced", [True, False])
+def test_killed(traced: bool, folder: Path) -> None:
+    """By kill -9, at any moment: the same call makes the images of a batch that was not, and leaves nothing else."""
+    product: dict[str, Any] = {"light.light" if traced else "seed": [1, 2, 3, 4]}
+    study = {"render": QUICK, "product": product, "output": "{number}.nc"}
+    code = f"""
+import os, fluorspar
+from fluorspar.studies import do_group
+from fluorspar.files import writing
+do_group.available_memory = lambda: 1000 if {traced} else 2**40
+replace, count = os.replace, 0
+def deadly(*names):
+    global count
+    count += 1
+    if count == 4:
+        os.kill(os.getpid(), 9)
+    replace(*names)
+os.replace = deadly
+fluorspar.batch({study!r})
+"""
+    killed = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert killed.returncode == -9, killed.stderr
+    left = {path.name for path in folder.iterdir()} - {"ball.xml"}
+    assert {"1.nc", "2.nc"} <= left
+    assert any(name.startswith(".") for name in left), "something was being written"
+    assert statuses(batch(study)) == ["done"] * 4
+    assert {path.name for path in folder.iterdir()} == {
+        "ball.xml",
+        *(f"{number}.nc" for number in range(1, 5)),
+    }
+    batch(study, output="whole-{number}.nc")
+    for number in range(1, 5):
+        np.testing.assert_array_equal(radiance(f"{number}.nc"), radiance(f"whole-{number}.nc"))
 
 
 def test_progress_counts_renders_and_never_goes_back() -> None:

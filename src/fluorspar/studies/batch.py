@@ -140,7 +140,7 @@ def run_study(
 
 
 def _prepare(study: Study) -> None:
-    """Refuse to overwrite what is read; make the folders of the files."""
+    """Refuse to overwrite what is read; make the folders of the files; remove what a killed run has left."""
     if study.index is not None:
         check_target(study.index.with_name(f"{study.index.name}.csv"))
     for row in study.rows:
@@ -150,6 +150,10 @@ def _prepare(study: Study) -> None:
                 check_not_input(path, str(scene))
             with suppress(OSError):  # told when it is written
                 path.parent.mkdir(parents=True, exist_ok=True)
+    for group in groups_of(study.rows, study.rows):
+        for file in group.paths_files():
+            with suppress(OSError):
+                file.unlink(missing_ok=True)
 
 
 def _done_before(study: Study) -> dict[int, Result]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 import traceback
 import warnings
@@ -143,7 +142,7 @@ def _caught() -> Iterator[list[warnings.WarningMessage]]:
 @contextmanager
 def _source(group: Group, threads: int | None, report: Progress) -> Iterator[Scene | LightPaths]:
     """The scene of a group or, if its images are made of them, its light paths: in memory, or in a file for a while."""
-    row, settings = group.rows[0], located(group.common, group.rows[0].folder)
+    settings = located(group.common, group.rows[0].folder)
     scene = load_scene(
         str(settings["scene"]),
         materials=ids_of(settings, "material"),  # type: ignore[arg-type]
@@ -159,8 +158,7 @@ def _source(group: Group, threads: int | None, report: Progress) -> Iterator[Sce
     asked = job.scene.settings
     file = None
     if asked.width * asked.height * asked.spp * _SAMPLE > available_memory() // _SHARE:
-        key = hashlib.sha256(repr(sorted(group.common.items())).encode()).hexdigest()[:16]
-        file = row.outputs[0].parent / f".{key}.paths"
+        file = group.paths_files()[0]
     try:
         paths = trace_job(job, report, file)
         if paths.pixels < asked.width * asked.height:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from fluorspar.studies.keys import Value
 from fluorspar.studies.study import Row
@@ -42,6 +44,11 @@ class Group:
     rows: tuple[Row, ...]
     common: Mapping[str, Value]
     traced: bool
+
+    def paths_files(self) -> list[Path]:
+        """Where its light paths are kept for a while if they are large: beside the output of the first pending row."""
+        key = hashlib.sha256(repr(sorted(self.common.items())).encode()).hexdigest()[:16]
+        return list(dict.fromkeys(row.outputs[0].parent / f".{key}.paths" for row in self.rows))
 
     @classmethod
     def alone(cls, row: Row) -> Group:
