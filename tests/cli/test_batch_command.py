@@ -36,8 +36,16 @@ def test_what_failed_is_listed(fluorspar: CommandLine) -> None:
     failed = fluorspar("batch", "sky.toml")
     assert failed.code == 1
     assert "2 renders: 1 rendered, 1 failed" in failed.out
-    assert failed.says("error: row 2 failed", "D66.nc", "D66")
-    assert failed.err.count("row 2 failed") == 1
+    assert failed.says("error: not rendered: D66.nc", "no such illuminant", "D66")
+    assert failed.err.count("error: ") == 1
+
+
+def test_one_fault_of_many_rows_is_told_once(fluorspar: CommandLine) -> None:
+    fluorspar.write("seeds.csv", "scene,seed\n" + "".join(f"no.xml,{seed}\n" for seed in range(1, 9)))
+    failed = fluorspar("batch", "seeds.csv")
+    assert failed.code == 1
+    assert failed.says("error: not rendered: seeds-1.nc, seeds-2.nc", "and 3 more")
+    assert failed.err.count("no.xml") == 1
 
 
 def test_a_pattern_of_the_command_line(fluorspar: CommandLine) -> None:

@@ -9,8 +9,11 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.options import ThreadsOption
+from fluorspar.files.names import text_of
 
 __all__ = ["batch"]
+
+_NAMED = 5  # files of one fault
 
 _EXAMPLES = """Example: lamps.toml is
 
@@ -58,9 +61,13 @@ def batch(
     with console.progress_bar(f"{len(read.rows)} renders") as progress:
         results = run_study(read, threads=threads, progress=progress)
     failed = [result for result in results if result.status == "failed"]
+    by_fault: dict[str, list[Path]] = {}
     for result in failed:
-        row = read.rows[result.number - 1]
-        console.error(f"row {result.number} failed: {row.outputs[0].name}\n  {result.fault}")
+        by_fault.setdefault(result.fault, []).append(read.rows[result.number - 1].outputs[0])
+    for fault, files in by_fault.items():
+        named = ", ".join(text_of(file.name) for file in files[:_NAMED])
+        more = f" and {len(files) - _NAMED} more" if len(files) > _NAMED else ""
+        console.error(f"not rendered: {named}{more}\n  {fault}")
     before = sum(result.before for result in results)
     done = sum(result.status == "done" for result in results) - before
     unfinished = sum(result.status == "open" for result in results)
@@ -70,7 +77,7 @@ def batch(
         markup=False,
         highlight=False,
     )
-    console.out.print(f"wrote {read.index}.csv and .nc", markup=False, highlight=False)
+    console.out.print(f"wrote {text_of(str(read.index))}.csv and .nc", markup=False, highlight=False)
     if unfinished:
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
     if failed:

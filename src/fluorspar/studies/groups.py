@@ -46,7 +46,7 @@ class Group:
     traced: bool
 
     def paths_files(self) -> list[Path]:
-        """Where its light paths are kept for a while if they are large: beside the output of the first pending row."""
+        """Where large light paths are kept for a while: beside the output of a row, that of the first one now."""
         key = hashlib.sha256(repr(sorted(self.common.items())).encode()).hexdigest()[:16]
         return list(dict.fromkeys(row.outputs[0].parent / f".{key}.paths" for row in self.rows))
 
