@@ -284,6 +284,42 @@ def cold_start() -> str:
     return f"{statistics.median(times[1:]):.2f} s"
 
 
+BALL = """<scene version="3.0.0">
+  <sensor type="perspective"> <float name="fov" value="39"/>
+    <transform name="to_world"> <lookat origin="0, 1, 5" target="0, 1, 0" up="0, 1, 0"/> </transform>
+    <film type="hdrfilm"> <rfilter type="box"/> </film> </sensor>
+  <bsdf type="fluorescent" id="red"> <string name="material" value="poster-red"/> </bsdf>
+  <bsdf type="fluorescent" id="white"> <string name="material" value="white-85"/> </bsdf>
+  <shape type="sphere" id="ball"> <point name="center" x="0" y="$height" z="0"/> <ref id="red"/> </shape>
+  <shape type="rectangle" id="floor"> <ref id="white"/>
+    <transform name="to_world"> <rotate x="1" angle="-90"/> <scale value="5"/> </transform> </shape>
+  <shape type="rectangle" id="lamp"> <ref id="white"/> <emitter type="area"> <rgb name="radiance" value="1"/> </emitter>
+    <transform name="to_world"> <rotate x="1" angle="90"/> <translate y="5"/> </transform> </shape>
+</scene>"""
+
+
+def many(count: int) -> str:
+    """Small renders of a batch on one core: each of another scene, and all of one scene with another light."""
+    found = []
+    for what, key in (("another scene each", "D.height"), ("relit", "light.lamp")):
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "ball.xml").write_text(BALL)
+            for number in (2, count):  # the first is to warm up
+                study = {
+                    "output": f"{folder}/{number}-{{number}}.nc",
+                    "render": {"scene": f"{folder}/ball.xml", "size": "32x32", "spp": 16, "variant": "llvm"},
+                    "product": {key: {"start": 1, "stop": 2, "number": number}},
+                }
+                if key != "D.height":
+                    study["render"]["D.height"] = 1  # type: ignore[index]
+                began = time.perf_counter()
+                index = fluorspar.batch(study, threads=1)
+                taken = (time.perf_counter() - began) / number
+                assert (index["status"] == "done").all()
+        found.append(f"{what} {taken:.3f} s")
+    return f"{', '.join(found)}   ({count} renders of 32 x 32, 16 samples, to .nc)"
+
+
 def measured(*arguments: str) -> tuple[float, float]:
     """Seconds and peak resident memory in GiB of one command, from a cold shell."""
     began = time.perf_counter()
@@ -391,6 +427,7 @@ TABLES: dict[str, tuple[str, Callable[[argparse.Namespace], str]]] = {
     "paths": ("memory of light paths that are kept", lambda _: recorded(256, 64)),
     "denoise": ("a box of 16 samples, denoised", lambda _: denoised(512, 16, 2048)),
     "memory": ("peak memory, 1024 x 1024 x 69, 256 spp, to .nc", lambda _: memory()),
+    "batch": ("each render of a batch, one core", lambda _: many(500)),
     "compare": ("compare two images, 1024 x 1024 x 69, 7 components", lambda _: comparison(1024)),
     "gpu": ("with --variant cuda, where there is a GPU", lambda _: gpu()),
     "cold": ("64 x 64, 16 spp from a cold shell", lambda _: cold_start()),

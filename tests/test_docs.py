@@ -32,6 +32,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(fluorspar, "render", lambda scene, **options: render(scene, **options | SEEN))
     monkeypatch.setattr(fluorspar, "trace", lambda scene, **options: trace(scene, **options | SMALL))
     shutil.copy(ROOT / "examples" / "cornell-points.csv", "points.csv")
+    shutil.copy(ROOT / "examples" / "lamps.toml", "lamps.toml")
     box = render("cornell-box", size=(32, 32), spp=2)
     box.save("box.nc")
     write_point_spectra(fluorspar.measure(box, "points.csv"), "measured.csv")

@@ -16,6 +16,7 @@ ROOT = Path(fluorspar.__file__).parent
 # Each file or folder may import from those before it.
 LAYERS = [
     "errors",
+    "extras",
     "progress",
     "version",
     "notebook",
@@ -36,6 +37,7 @@ LAYERS = [
     "comparing",
     "figures",
     "sheets",
+    "studies",
     "view",
     "cli",
     "__main__",

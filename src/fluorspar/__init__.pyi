@@ -30,6 +30,8 @@ from .spectral.illuminants import illuminant as illuminant
 from .spectral.illuminants import illuminants as illuminants
 from .spectral.spectrum import Spectrum as Spectrum
 from .spectral.wavelengths import Wavelengths as Wavelengths
+from .studies.batch import batch as batch
+from .studies.open_study import open_study as open_study
 
 __all__: list[str]
 __version__: str

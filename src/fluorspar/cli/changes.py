@@ -14,6 +14,7 @@ import typer
 from fluorspar.cli.options import material_files, pairs
 from fluorspar.errors import OptionError, message
 from fluorspar.files.names import file_and_column
+from fluorspar.scene.settings_text import light_of
 
 __all__ = [
     "GridOption",
@@ -58,30 +59,8 @@ TracedExcitationOption: TypeAlias = Annotated[
     ),
 ]
 
-_TIMES = re.compile(r"^(?P<name>.+)x(?P<factor>[0-9.]+([eE][+-]?[0-9]+)?)$")
 _SHARE = re.compile(r":\s*(?P<weight>[0-9.eE+-]+)$")
 _WHOLE = 1e-3  # weights of a mixture add up to 1 within this
-
-
-def light_of(text: str) -> Any:
-    """Read what a light becomes: a factor, a name or file, or one of these and a factor.
-
-    What is the name of an illuminant, or a file, as it stands is that.
-
-    Examples
-    --------
-    >>> light_of("FL11"), light_of("0.5"), light_of("FL11x0.5")
-    ('FL11', 0.5, ('FL11', 0.5))
-    """
-    from fluorspar.spectral.illuminants import listed_name
-
-    with suppress(ValueError):
-        return float(text)
-    known = listed_name(text) is not None or os.path.isfile(file_and_column(text)[0])
-    parts = None if known else _TIMES.match(text)
-    with suppress(ValueError):
-        return (parts["name"], float(parts["factor"])) if parts else text
-    return text
 
 
 def concentration_of(text: str) -> float:

@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
+from fluorspar.cli.batch import batch
 from fluorspar.cli.compare import compare
 from fluorspar.cli.convert import convert
 from fluorspar.cli.denoise import denoise
@@ -34,7 +35,7 @@ from fluorspar.version import __version__
 __all__ = ["app", "main"]
 
 USER_ERROR = 2
-OWN_FAULT = 70  # EX_SOFTWARE of sysexits.h: not 1, which says that a limit of `compare` is exceeded
+OWN_FAULT = 70  # EX_SOFTWARE of sysexits.h: not 1, which says that a limit of `compare` is exceeded, or `batch` failed
 INTERRUPTED = 130  # by Ctrl-C; typer's code for it, and that of `render` for an image that is partial
 
 # What the operating system refuses for reasons outside this program
@@ -60,7 +61,8 @@ app = typer.Typer(
     help="Spectral images of scenes with fluorescent objects.\n\n"
     "Example:  fluorspar render cornell-box -o box.nc -o box.png\n\n"
     "Example:  fluorspar view cornell-box\n\n"
-    "Exit codes: 0 done; 1 a limit of 'compare --fail-above' is exceeded; 2 something to be mended by you; "
+    "Exit codes: 0 done; 1 a limit of 'compare --fail-above' is exceeded, or a render of 'batch' failed; "
+    "2 something to be mended by you; "
     "70 a fault of Fluorspar itself; 130 interrupted by Ctrl-C; 143 by SIGTERM.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -71,6 +73,7 @@ app.command()(render)
 app.command()(trace)
 app.command(short_help="Compute an image of light paths, with other lights and materials.")(relight)
 app.command(short_help="Show combinations of lights and materials side by side.")(sheet)
+app.command(short_help="Render a table of scenes, lights and materials.")(batch)
 app.command(short_help="Compare the spectra of two images or tables.")(compare)
 app.command()(convert)
 app.command(short_help="Take the noise out of a spectral image.")(denoise)

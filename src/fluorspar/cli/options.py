@@ -14,6 +14,7 @@ from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.bispectral.library import ENVIRONMENT
 from fluorspar.errors import OptionError, message
 from fluorspar.image.formats.registry import SUFFIXES_WRITTEN as IMAGES_WRITTEN
+from fluorspar.scene.settings_text import size_of
 
 if TYPE_CHECKING:
     from fluorspar.scene.scene import Scene
@@ -127,29 +128,6 @@ PicturesOption: TypeAlias = Annotated[
 ]
 
 ThreadsOption: TypeAlias = Annotated[int | None, typer.Option(help="Threads to use. [default: all cores]")]
-
-
-def size_of(text: str | None) -> tuple[int, int] | None:
-    """Read `WIDTHxHEIGHT`.
-
-    Examples
-    --------
-    >>> size_of("640x480")
-    (640, 480)
-    """
-    if text is None:
-        return None
-    width, _, height = text.lower().partition("x")
-    if not (width.isdecimal() and height.isdecimal()):
-        raise OptionError(
-            message(
-                "the size is not readable",
-                where="--size",
-                got=text,
-                expected="WIDTHxHEIGHT in pixels, such as 512x512",
-            )
-        )
-    return int(width), int(height)
 
 
 def pairs(texts: Sequence[str], option: str) -> dict[str, str]:

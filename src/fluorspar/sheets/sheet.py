@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,6 +30,7 @@ from fluorspar.measuring.points import Point, points_of
 from fluorspar.measuring.visible import visible_pixels
 from fluorspar.paths.light_paths import LightPaths, load_paths
 from fluorspar.paths.paths_file import PathsInFile
+from fluorspar.paths.whole_image import whole_image
 from fluorspar.progress import Progress, shown
 from fluorspar.rendering import trace
 from fluorspar.scene.builtin import BUILTIN
@@ -238,20 +238,12 @@ def _images(
     """Make one image after another."""
     count = count_combinations(axes)
     for number, (index, changes) in enumerate(in_order(axes)):
-        done = 0
 
-        def report(pixels: int, whole: int, number: int = number) -> None:
-            nonlocal done
-            done = pixels
+        def report(done: int, whole: int, number: int = number) -> None:
             if progress:
-                progress(number * whole + pixels, count * whole)
+                progress(number * whole + done, count * whole)
 
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "interrupted: ")
-            image = paths.image(progress=report, **changes, **options)  # type: ignore[arg-type]
-        if done < paths.pixels:
-            raise KeyboardInterrupt  # an image keeps what is finished; a sheet without its other pictures is none
-        yield index, image
+        yield index, whole_image(paths, report, **changes, **options)
 
 
 def _shown(paths: LightPaths, scene: Scene | str | Path | None) -> Scene | None:

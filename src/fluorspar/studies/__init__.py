@@ -1,0 +1,1 @@
+"""Studies: tables of renders, made one after another or by many workers, and found again by an index."""

@@ -1,0 +1,241 @@
+"""`batch`: all renders of a study, those that are done left out, one bad row no harm to the others."""
+
+from __future__ import annotations
+
+import os
+import time
+import warnings
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fluorspar.errors import FluorsparError, FluorsparWarning
+from fluorspar.extras import check_extra
+from fluorspar.files.writing import check_not_input, check_target
+from fluorspar.progress import Progress, shown
+from fluorspar.scene.builtin import BUILTIN
+from fluorspar.studies.do_group import MARK, Result, do_group, fault_of
+from fluorspar.studies.files import located, mark_of
+from fluorspar.studies.groups import Group, groups_of
+from fluorspar.studies.index import index_of, read_marks, write_index
+from fluorspar.studies.study import Study, read_study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["batch", "run_study"]
+
+_EVERY = 10.0  # s between indices
+_PARTS = 1000  # of a render, for progress
+
+
+def batch(
+    study: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    output: str | Sequence[str] | None = None,
+    client: Any = None,
+    threads: int | None = None,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset:
+    """Render all rows of a study; see "Many images" in the documentation.
+
+    Parameters
+    ----------
+    study : path or mapping
+        A TOML or CSV file, or a dict of the tables of the former, see `fluorspar.studies.study.read_study`.
+    output : str or sequence of str, optional
+        Patterns of the names of the files, instead of the study's.
+    client : distributed.Client, optional
+        Workers of Dask, which see the same files: each traces and relights whole groups. Default: this process.
+    threads : int, optional
+        Default: all cores this process, or a worker, may use.
+    progress : callable or bool, optional
+        True draws a bar, in notebooks too; or called with thousandths of renders done and in all.
+
+    Returns
+    -------
+    Dataset
+        The index: a dimension `render`, whose coordinates are the settings of the rows, and variables `output`,
+        `status` ("done", "failed", "open"), `seconds`, `study_row`, `fault`. Of a study from a file it is also written
+        beside it, `STUDY-index.csv` and `.nc`. If the user interrupts (Ctrl-C), what is finished is kept, and the same
+        call goes on with the rest.
+
+    Raises
+    ------
+    OptionError
+        If the study is not readable, or two rows have the same output. Nothing is rendered then. Other faults make a
+        row "failed": it is tried twice, and again by the next call.
+    FluorsparError
+        If a client is given, and Dask is not installed.
+
+    Notes
+    -----
+    Rows that differ only in lights, materials, concentrations, grid, Stokes rule, excitation or errors share light
+    paths: their images are those that `render` would make, in distribution; bit for bit only if nothing was changed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = tempfile.mkdtemp()
+    >>> index = batch(
+    ...     {
+    ...         "output": folder + "/{light}-{concentration:.1f}.nc",
+    ...         "render": {"scene": "cornell-box", "size": "8x8", "spp": 4},
+    ...         "product": {"light.light": ["D65", "A"], "concentration.left-wall": [0, 0.5, 1]},
+    ...     }
+    ... )
+    >>> index["status"].values.tolist() == ["done"] * 6, sorted(os.listdir(folder))[0]
+    (True, 'A-0.0.nc')
+    """
+    read = read_study(study, output)
+    results = run_study(read, client=client, threads=threads, progress=shown(progress))
+    return index_of(read, results)
+
+
+def run_study(
+    study: Study,
+    *,
+    client: Any = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> list[Result]:
+    """Render the rows of a study that are not done, and write its index; see `batch`.
+
+    Returns
+    -------
+    list of Result
+        One of each row, in order.
+    """
+    if client is not None:
+        check_extra("cluster")
+    _prepare(study)
+    found = _done_before(study)
+    pending = [row for row in study.rows if row.number not in found]
+    bar = _Bar(progress, len(pending))
+    written = time.monotonic()
+    try:
+        for again in (False, True):
+            rows = [row for row in pending if not again or found[row.number].status == "failed"]
+            with closing(_results(groups_of(study.rows, rows), client, threads, bar, again)) as done:
+                for results in done:
+                    for result in results:
+                        found[result.number] = result
+                        for category, text in result.warnings:
+                            warnings.warn(text, category, stacklevel=3)
+                    if time.monotonic() - written > _EVERY:
+                        with suppress(FluorsparError):  # told at the end
+                            _write(study, found)
+                        written = time.monotonic()
+                    if any(result.status == "open" for result in results):
+                        raise KeyboardInterrupt
+    except KeyboardInterrupt:
+        count = sum(result.status == "done" for result in found.values())
+        if count < len(study.rows):
+            of = f"{count} of {len(study.rows)} renders are done"
+            text = f"interrupted: {of}; the same command goes on with the others"
+            warnings.warn(text, FluorsparWarning, stacklevel=3)
+    _write(study, found)
+    return _all(study, found)
+
+
+def _prepare(study: Study) -> None:
+    """Refuse to overwrite what is read; make the folders of the files; remove what a killed run has left."""
+    if study.index is not None:
+        check_target(study.index.with_name(f"{study.index.name}.csv"))
+    for row in study.rows:
+        scene = located(row.settings, row.folder)["scene"]
+        for path in row.outputs:
+            if scene not in BUILTIN:
+                check_not_input(path, str(scene))
+            with suppress(OSError):  # told when it is written
+                path.parent.mkdir(parents=True, exist_ok=True)
+    for group in groups_of(study.rows, study.rows):
+        for file in group.paths_files():
+            with suppress(OSError):
+                file.unlink(missing_ok=True)
+
+
+def _done_before(study: Study) -> dict[int, Result]:
+    """Rows whose files are there, whole, and made by the same row."""
+    known = read_marks(study)
+    found = {}
+    for row in study.rows:
+        if all(path.is_file() for path in row.outputs):
+            mark = mark_of(row)
+            if all(_mark_in(path, known) == mark for path in row.outputs):
+                found[row.number] = Result(row.number, "done", mark=mark, before=True)
+    return found
+
+
+def _mark_in(path: Path, known: Mapping[Path, str]) -> str:
+    """The mark of the row that a file was made by; "" if it is a part of an image, or another's."""
+    if path.suffix.lower() != ".nc":
+        return known.get(path, "")
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            return "" if "partial" in file.attrs else str(file.attrs.get(MARK, ""))
+    except OSError:
+        return ""  # damaged
+
+
+def _results(
+    groups: Sequence[Group], client: Any, threads: int | None, bar: _Bar, again: bool
+) -> Generator[list[Result]]:
+    """Do one group after another, here or on workers."""
+    if client is None:
+        for group in groups:
+            results = do_group(group, threads, None if again else bar.tell)
+            yield results
+            if not again:
+                bar.advance(len(results))
+        return
+    from distributed import as_completed
+
+    futures = {client.submit(_task, group, threads, pure=False): group for group in groups}
+    try:
+        for future in as_completed(futures):  # type: ignore[no-untyped-call]
+            rows = futures[future].rows
+            try:
+                results = future.result()
+            except Exception as err:  # a worker that died, above all
+                results = [Result(row.number, "failed", fault=fault_of(err)) for row in rows]
+            yield results
+            if not again:
+                bar.advance(len(rows))
+    finally:
+        client.cancel(list(futures))
+
+
+def _task(group: Group, threads: int | None) -> list[Result]:
+    """Do a group on a worker, with the threads it has."""
+    from distributed import get_worker
+
+    return do_group(group, threads or get_worker().state.nthreads)
+
+
+class _Bar:
+    """Progress over renders, which never goes back."""
+
+    def __init__(self, progress: Progress | None, renders: int) -> None:
+        self._progress, self._renders = progress, renders
+        self._before, self._most = 0, 0
+
+    def tell(self, finished: int, share: float) -> None:
+        self._most = max(self._most, int(_PARTS * (self._before + finished + share)))
+        if self._progress:
+            self._progress(self._most, _PARTS * self._renders)
+
+    def advance(self, renders: int) -> None:
+        self._before += renders
+        self.tell(0, 0)
+
+
+def _write(study: Study, found: Mapping[int, Result]) -> None:
+    write_index(study, index_of(study, _all(study, found)))
+
+
+def _all(study: Study, found: Mapping[int, Result]) -> list[Result]:
+    return [found.get(row.number, Result(row.number, "open")) for row in study.rows]

@@ -1,0 +1,289 @@
+"""Make the images of one group of rows, here or in another process: whatever happens to one, the others are made."""
+
+from __future__ import annotations
+
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import h5py
+
+from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
+from fluorspar.files.memory import available_memory
+from fluorspar.image.components import COMPONENTS
+from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.job import RenderJob, read_grid
+from fluorspar.paths.light_paths import LightPaths, trace_job
+from fluorspar.paths.whole_image import whole_image
+from fluorspar.progress import Progress
+from fluorspar.rendering import render_job
+from fluorspar.scene.loading import load_scene
+from fluorspar.scene.relit import relit
+from fluorspar.scene.scene import Scene
+from fluorspar.scene.settings_text import light_of, size_of
+from fluorspar.studies.files import located, mark_of
+from fluorspar.studies.groups import Group
+from fluorspar.studies.keys import Value, ids_of
+from fluorspar.studies.study import Row
+from fluorspar.until import Until
+
+__all__ = ["MARK", "Result", "do_group", "fault_of"]
+
+MARK = "study_row"
+"""Attribute of an image: the mark of its row, see `mark_of`."""
+
+_OF_JOB = (
+    "seed",
+    "wavelengths",
+    "method",
+    "max_depth",
+    "rr_depth",
+    "stokes",
+    "excitation",
+    "component_errors",
+    "variant",
+    "spp",
+)
+_OF_IMAGE = ("wavelengths", "stokes", "excitation", "component_errors")
+_SAMPLE = 60  # bytes of light paths, at the most of what was seen
+_SHARE = 4  # of the memory that is free: what is larger is kept in a file
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of a row.
+
+    Attributes
+    ----------
+    number : int
+        Of the row.
+    status : str
+        "done", "failed" or "open": nobody has tried, or the user interrupted.
+    seconds : float
+        It took, without the tracing that it shares; nan if unknown.
+    mark : str
+        Of the row when it was done.
+    fault : str
+        Why it failed.
+    warnings : tuple of (type, str)
+        What was warned of.
+    before : bool
+        Whether it was done by an earlier run.
+    """
+
+    number: int
+    status: str
+    seconds: float = float("nan")
+    mark: str = ""
+    fault: str = ""
+    warnings: tuple[tuple[type[Warning], str], ...] = ()
+    before: bool = False
+
+
+def do_group(
+    group: Group, threads: int | None = None, tell: Callable[[int, float], object] | None = None
+) -> list[Result]:
+    """Make and write the images of a group.
+
+    Parameters
+    ----------
+    group : Group
+    threads : int, optional
+        Default: all cores this process may use.
+    tell : callable, optional
+        Called with the number of rows that are finished, and the share of the next one that is.
+
+    Returns
+    -------
+    list of Result
+        One of each row, also if the user interrupts.
+    """
+    results: list[Result] = []
+
+    def report(done: int, whole: int) -> None:
+        if tell:
+            tell(len(results), done / whole)
+
+    status, fault = "open", ""
+    try:
+        with _caught() as told, _source(group, threads, report) as source:
+            for row in group.rows:
+                results.append(_attempt(row, source, group.common, told, threads, report))
+                report(0, 1)
+    except KeyboardInterrupt:
+        pass
+    except Exception as err:  # of the scene or its light paths, whatever it is
+        status, fault = "failed", fault_of(err)
+    return results + [Result(row.number, status, fault=fault) for row in group.rows[len(results) :]]
+
+
+def fault_of(err: BaseException) -> str:
+    """An error in words; a fault of ours with where it is."""
+    if isinstance(err, FluorsparError):
+        return str(err)
+    if isinstance(err, MemoryError):
+        return message("the memory does not suffice", got=str(err) or None)
+    return "".join(traceback.format_exception(err)).strip()
+
+
+@contextmanager
+def _caught() -> Iterator[list[warnings.WarningMessage]]:
+    """Collect what is warned of: other processes have nobody to tell."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.filterwarnings("always", category=FluorsparWarning)
+        warnings.filterwarnings("ignore", "interrupted: ")  # the row counts as open
+        yield told
+
+
+@contextmanager
+def _source(group: Group, threads: int | None, report: Progress) -> Iterator[Scene | LightPaths]:
+    """The scene of a group or, if its images are made of them, its light paths: in memory, or in a file for a while."""
+    settings = located(group.common, group.rows[0].folder)
+    scene = load_scene(
+        str(settings["scene"]),
+        materials=ids_of(settings, "material"),  # type: ignore[arg-type]
+        matte=bool(settings.get("matte", False)),
+        parameters={key: _xml(value) for key, value in ids_of(settings, "D").items()},
+        library=_library(settings),
+        sensor=settings.get("sensor"),  # type: ignore[arg-type]
+    )
+    job = _job(scene, settings, threads)
+    if not group.traced:
+        yield job.scene
+        return
+    asked = job.scene.settings
+    file = None
+    if asked.width * asked.height * asked.spp * _SAMPLE > available_memory() // _SHARE:
+        file = group.paths_files()[0]
+    try:
+        paths = trace_job(job, report, file)
+        if paths.pixels < asked.width * asked.height:
+            raise KeyboardInterrupt
+        yield paths
+    finally:
+        if file is not None:
+            file.unlink(missing_ok=True)
+
+
+def _job(scene: Scene, settings: Mapping[str, Value], threads: int | None) -> RenderJob:
+    return RenderJob.of(
+        scene,
+        size=size_of(settings.get("size")),  # type: ignore[arg-type]
+        until=Until.parse(settings.get("until"), settings.get("max_time")),  # type: ignore[arg-type]
+        threads=threads,
+        **{name: settings[name] for name in _OF_JOB if name in settings},  # type: ignore[arg-type]
+    )
+
+
+def _attempt(
+    row: Row,
+    source: Scene | LightPaths,
+    common: Mapping[str, Value],
+    told: list[warnings.WarningMessage],
+    threads: int | None,
+    report: Progress,
+) -> Result:
+    """Make and write the image of a row."""
+    began = time.perf_counter()
+    settings = located(row.settings, row.folder)
+    given = {k: v for k, v in ids_of(settings, "material").items() if f"material.{k}" not in common}
+    if isinstance(source, LightPaths) and given and not _exchangeable(source.job.scene, given, settings):
+        return do_group(Group.alone(row), threads)[0]
+    try:
+        mark = mark_of(row)
+        stream = _stream(row, source)
+        if isinstance(source, LightPaths):
+            image = whole_image(
+                source,
+                report,
+                output=stream,
+                library=_library(settings),
+                lights={key: light_of(str(value)) for key, value in ids_of(settings, "light").items()},
+                materials=given,
+                concentration=ids_of(settings, "concentration"),
+                same_luminance=bool(settings.get("same_luminance", False)),
+                **{name: settings.get(name) for name in _OF_IMAGE},
+            )
+        else:
+            _check_rendered(row)
+            image = render_job(_job(source, settings, threads), output=stream, progress=report)
+            if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
+                raise KeyboardInterrupt
+        if settings.get("denoise"):
+            image = image.denoised(scene=_seen(source, given, settings), threads=threads)
+        _write(image, row, mark, stream)
+        result = Result(row.number, "done", time.perf_counter() - began, mark)
+    except Exception as err:  # whatever it is, other rows may succeed
+        result = Result(row.number, "failed", time.perf_counter() - began, fault=fault_of(err))
+    result = replace(result, warnings=tuple((each.category, str(each.message)) for each in told))
+    told.clear()
+    return result
+
+
+def _xml(value: Value) -> str:
+    """A value as a scene file has it."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _library(settings: Mapping[str, Value]) -> tuple[str, ...]:
+    return (str(settings["library"]),) if "library" in settings else ()
+
+
+def _exchangeable(scene: Scene, materials: Mapping[str, Value], settings: Mapping[str, Value]) -> bool:
+    """Whether light paths can be given these materials; else the scene is loaded with them."""
+    try:
+        relit(scene, materials=materials, library=_library(settings))  # type: ignore[arg-type]
+    except OptionError:
+        return False
+    except FluorsparError:
+        pass  # told when the image is made
+    return True
+
+
+def _seen(source: Scene | LightPaths, materials: Mapping[str, Value], settings: Mapping[str, Value]) -> Scene:
+    """The scene that an image shows, for its denoising."""
+    if isinstance(source, Scene):
+        return source
+    return relit(
+        source.job.scene,
+        materials=materials,  # type: ignore[arg-type]
+        concentration=ids_of(settings, "concentration"),  # type: ignore[arg-type]
+        library=_library(settings),
+    )
+
+
+def _check_rendered(row: Row) -> None:
+    """Refuse what only light paths can be given, of a row that none are traced for."""
+    for key in row.settings:
+        if key.partition(".")[0] in ("light", "concentration"):
+            got = "until" if "until" in row.settings else "method = staged"
+            fix = "leave one of the two out, or change the scene file"
+            raise OptionError(message(f"'{key}' needs light paths that are kept", got=got, fix=fix))
+
+
+def _stream(row: Row, source: Scene | LightPaths) -> Path | None:
+    """The NetCDF file that a large image is streamed to while it is made."""
+    scene = source if isinstance(source, Scene) else source.job.scene
+    settings, grid = scene.settings, read_grid(row.settings.get("wavelengths"))
+    planes = (1 + len(COMPONENTS)) * (1 + bool(row.settings.get("component_errors")))
+    if 4 * planes * settings.width * settings.height * len(grid) < available_memory() // _SHARE:
+        return None
+    if row.settings.get("denoise"):
+        return None
+    return next((path for path in row.outputs if path.suffix.lower() == ".nc"), None)
+
+
+def _write(image: SpectralImage, row: Row, mark: str, stream: Path | None) -> None:
+    """Write the files of a row, with its mark."""
+    image.dataset.attrs[MARK] = mark
+    for path in row.outputs:
+        if path != stream:
+            image.save(path)
+    if stream is not None:
+        image.close()
+        with h5py.File(stream, "r+") as file:
+            file.attrs[MARK] = mark

@@ -1,0 +1,138 @@
+"""The index of a study: what was rendered with which settings, into which file, as CSV and NetCDF."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from fluorspar.errors import OptionError, message
+from fluorspar.files.writing import replacing
+from fluorspar.studies.do_group import Result
+from fluorspar.studies.study import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+__all__ = ["index_of", "read_marks", "write_index"]
+
+DIM = "render"
+"""The dimension of an index, and of the images of a study."""
+
+_ABOUT = {
+    "output": "file of the image, relative to the index",
+    "status": "done, failed, or open: not tried, or interrupted",
+    "seconds": "time the image took, without tracing that it shares",
+    "study_row": "SHA-256 of the settings, the scene file, and the files that they name",
+    "fault": "why it failed",
+}
+
+
+def index_of(study: Study, results: Iterable[Result]) -> xr.Dataset:
+    """Make the index of a study.
+
+    Returns
+    -------
+    Dataset
+        With a dimension `render`, whose coordinates are the number of the row and every setting that a row has: numbers
+        where all are, else texts; nan or "" where a row has none. Variables `output` (one for each pattern: `output_2`,
+        ...), `status`, `seconds`, `study_row` and `fault`.
+
+    Examples
+    --------
+    >>> from fluorspar.studies.study import read_study
+    >>> study = read_study({"render": {"scene": "furnace"}, "product": {"light.walls": ["A", "D65"]}})
+    >>> index = index_of(study, [Result(1, "done"), Result(2, "open")])
+    >>> index["light.walls"].values.tolist(), index["status"].values.tolist()
+    (['A', 'D65'], ['done', 'open'])
+    """
+    import xarray as xr
+
+    by_number = {result.number: result for result in results}
+    found = [by_number[row.number] for row in study.rows]
+    coords: dict[str, Any] = {
+        DIM: (DIM, [row.number for row in study.rows], {"long_name": "row of the study"})
+    }
+    for key in study.keys:
+        coords[key] = (DIM, _column([row.settings.get(key) for row in study.rows]))
+    base = Path.cwd() if study.index is None else study.index.parent
+    variables: dict[str, Any] = {}
+    for place, name in enumerate(output_names(study)):
+        files = [
+            "".join(os.path.relpath(file, base) for file in row.outputs[place : place + 1])
+            for row in study.rows
+        ]
+        variables[name] = (DIM, files, {"long_name": _ABOUT["output"]})
+    variables |= {
+        "status": (DIM, [result.status for result in found]),
+        "seconds": (DIM, [result.seconds for result in found], {"units": "s"}),
+        "study_row": (DIM, [result.mark for result in found]),
+        "fault": (DIM, [result.fault for result in found]),
+    }
+    index = xr.Dataset(variables, coords)
+    for name in variables:
+        index[name].attrs.setdefault("long_name", _ABOUT.get(name, ""))
+    return index
+
+
+def output_names(study: Study) -> list[str]:
+    """Names of the variables that hold the files: `output`, `output_2`, ..."""
+    count = max(len(row.outputs) for row in study.rows)
+    return ["output", *(f"output_{place}" for place in range(2, count + 1))]
+
+
+def write_index(study: Study, index: xr.Dataset) -> None:
+    """Write the index as CSV and NetCDF, beside the file of the study.
+
+    Raises
+    ------
+    ImageError
+        If a file cannot be written.
+    """
+    if study.index is None:
+        return
+    with replacing(study.index.with_name(f"{study.index.name}.csv")) as temporary:
+        _table(index).to_csv(temporary, index=True)
+    with (
+        replacing(study.index.with_name(f"{study.index.name}.nc")) as temporary,
+        TemporaryDirectory() as folder,  # HDF5 opens no file that is locked
+    ):
+        index.to_netcdf(Path(folder, "index.nc"), engine="h5netcdf")
+        temporary.write_bytes(Path(folder, "index.nc").read_bytes())
+
+
+def read_marks(study: Study) -> dict[Path, str]:
+    """Marks of the files that the last index calls done, for those formats that hold none."""
+    import pandas as pd
+
+    path = None if study.index is None else study.index.with_name(f"{study.index.name}.csv")
+    if path is None or not path.is_file():
+        return {}
+    try:
+        table = pd.read_csv(path, dtype=str, keep_default_na=False)
+        done = table[table["status"] == "done"]
+        return {
+            Path(os.path.normpath(path.parent / file)): mark
+            for name in table.columns
+            if name.partition("_")[0] == "output"
+            for file, mark in zip(done[name], done["study_row"], strict=True)
+        }
+    except (ValueError, KeyError) as err:
+        fix = "delete it: it is written anew"
+        raise OptionError(message("the index is not readable", where=path, got=err, fix=fix)) from err
+
+
+def _table(index: xr.Dataset) -> pd.DataFrame:
+    return index.to_dataframe()[[*(name for name in index.coords if name != DIM), *index.data_vars]]
+
+
+def _column(values: Sequence[Any]) -> list[Any]:
+    """Settings of all rows as numbers, or as texts."""
+    if all(value is None or isinstance(value, int | float) for value in values):
+        if any(value is None for value in values) or not all(type(v) is type(values[0]) for v in values):
+            return [float("nan") if value is None else float(value) for value in values]
+        return [int(value) if isinstance(value, bool) else value for value in values]
+    return ["" if value is None else str(value) for value in values]

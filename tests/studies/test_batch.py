@@ -1,0 +1,397 @@
+"""`fluorspar.batch`: each image is the one that its row asks for, made once, whatever becomes of the others."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fluorspar
+from fluorspar import SpectralImage, batch
+from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError
+from fluorspar.paths.chunks import CHUNK
+from fluorspar.studies.do_group import MARK
+
+GRID = "400:700:20"
+QUICK = {"scene": "cornell-box", "size": "8x8", "spp": 4, "wavelengths": GRID, "variant": "llvm"}
+SCENE = """<scene version="3.0.0">
+  <default name="size" value="1"/>
+  <sensor type="perspective"> <float name="fov" value="40"/>
+    <transform name="to_world"> <lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/> </transform>
+    <film type="hdrfilm"> <rfilter type="box"/> </film> </sensor>
+  <emitter type="constant" id="sky"/>
+  <shape type="sphere" id="ball"> <float name="radius" value="$size"/>
+    <bsdf type="diffuse" id="paint"> <texture name="reflectance" type="checkerboard"/> </bsdf> </shape>
+</scene>"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ball.xml").write_text(SCENE)
+    return tmp_path
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
+    """How often something was traced and rendered."""
+    counts = {"trace_job": 0, "render_job": 0, "whole_image": 0}
+
+    def count(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+        def counting(*arguments: Any, **options: Any) -> Any:
+            counts[name] += 1
+            return call(*arguments, **options)
+
+        return counting
+
+    from fluorspar.studies import do_group
+
+    for name in counts:
+        monkeypatch.setattr(do_group, name, count(name, getattr(do_group, name)))
+    return counts
+
+
+def radiance(path: str | Path) -> np.ndarray:
+    with SpectralImage.open(path) as image:
+        return np.asarray(image.dataset.radiance.values)
+
+
+def statuses(index: Any) -> list[str]:
+    return [str(status) for status in index["status"].values]
+
+
+class TestImages:
+    def test_a_row_is_the_render_of_its_options(self) -> None:
+        own = {
+            "D.size": 0.5,
+            "material.ball": "poster-red",
+            "seed": 3,
+            "max_depth": 3,
+            "component_errors": True,
+        }
+        batch({"render": QUICK | {"scene": "ball.xml"} | own, "output": "a.nc"})
+        scene = fluorspar.load_scene("ball.xml", parameters={"size": 0.5}, materials={"ball": "poster-red"})
+        options = {"size": (8, 8), "spp": 4, "wavelengths": GRID, "variant": "llvm"}
+        expected = fluorspar.render(scene, seed=3, max_depth=3, component_errors=True, **options)  # type: ignore[arg-type]
+        with SpectralImage.open("a.nc") as image:
+            for name in ("radiance", "standard_error", "component_standard_error"):
+                np.testing.assert_array_equal(image.dataset[name].values, expected.dataset[name].values)
+            for name in expected.attrs.keys() - {"timings", "scene"}:
+                assert image.attrs[name] == expected.attrs[name]
+
+    def test_rows_that_differ_in_spectra_are_traced_once(self, counted: dict[str, int]) -> None:
+        changes = {
+            "light.light": ["D65", "D50x0.5", 2],
+            "concentration.left-wall": [0, 1],
+            "material.right-wall": ["white-85"],
+        }
+        index = batch({"render": QUICK, "product": changes, "output": "{light}-{concentration:.0f}.nc"})
+        assert statuses(index) == ["done"] * 6
+        assert counted == {"trace_job": 1, "render_job": 0, "whole_image": 6}
+        options = {"size": (8, 8), "spp": 4, "wavelengths": GRID, "variant": "llvm"}
+        scene = fluorspar.load_scene("cornell-box", materials={"right-wall": "white-85"})
+        paths = fluorspar.trace(scene, **options)  # type: ignore[arg-type]
+        expected = paths.image(lights={"light": ("D50", 0.5)}, concentration={"left-wall": 0})
+        np.testing.assert_array_equal(radiance("D50x0.5-0.nc"), expected.dataset.radiance.values)
+        with SpectralImage.open("2-1.nc") as image:
+            assert image.attrs["relit"] == {"lights": {"light": 2.0}, "concentration": {"left-wall": 1.0}}
+
+    def test_nothing_changed_is_the_render_bit_for_bit(self) -> None:
+        """Although its light paths serve another row too."""
+        batch({"render": QUICK, "rows": [{}, {"light.light": "A"}], "output": "{number}.nc"})
+        expected = fluorspar.render("cornell-box", size=(8, 8), spp=4, wavelengths=GRID, variant="llvm")
+        np.testing.assert_array_equal(radiance("1.nc"), expected.dataset.radiance.values)
+
+    def test_a_material_that_paths_cannot_be_given_is_rendered(self, counted: dict[str, int]) -> None:
+        """The colour of the ball is a texture, which a material replaces only when the scene is loaded."""
+        render = QUICK | {"scene": "ball.xml"}
+        rows = [{"light.sky": "A"}, {"light.sky": "A", "material.ball": "poster-red"}, {"light.sky": "D65"}]
+        index = batch({"render": render, "rows": rows, "output": "{number}.nc"})
+        assert statuses(index) == ["done"] * 3, index["fault"].values
+        assert counted["trace_job"] == 2
+        with SpectralImage.open("2.nc") as image:
+            assert "poster-red" in image.attrs["materials"]
+
+    def test_grids_may_differ(self) -> None:
+        grids = ["400:700:20", "380:730:10"]
+        batch({"render": QUICK, "product": {"wavelengths": grids}, "output": "{number}.nc"})
+        assert [radiance(f"{number}.nc").shape[-1] for number in (1, 2)] == [16, 36]
+
+    def test_passes(self) -> None:
+        until = {"until": "error=50%", "max_time": "5s"}
+        assert statuses(batch({"render": QUICK | until, "output": "a.nc"})) == ["done"]
+        with SpectralImage.open("a.nc") as image:
+            assert "until" in image.attrs
+
+    def test_denoised_rows(self) -> None:
+        index = batch({"render": QUICK | {"denoise": True, "light.light": "A"}, "output": "a.nc"})
+        assert statuses(index) == ["done"], index["fault"].values
+        with SpectralImage.open("a.nc") as image:
+            assert "denoised" in image.attrs
+
+    def test_files_named_in_a_study_are_beside_it(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        (folder / "lamp.csv").write_text("wavelength,value\n300,1\n800,2\n")
+        study = 'render = { scene = "ball.xml", size = "8x8", spp = 4, light.sky = "lamp.csvx2" }\noutput = "a/b.nc"'
+        (folder / "warm.toml").write_text(study)
+        (folder / "elsewhere").mkdir()
+        monkeypatch.chdir(folder / "elsewhere")
+        assert statuses(batch("../warm.toml")) == ["done"]
+        assert (folder / "a" / "b.nc").exists()
+
+    @pytest.mark.parametrize("traced", [True, False])
+    def test_large_ones_are_kept_in_files(
+        self, traced: bool, monkeypatch: pytest.MonkeyPatch, folder: Path
+    ) -> None:
+        """Light paths in a file, which goes, and images streamed; the same bit for bit."""
+        rows = [{"light.light": "A"}, {"light.light": "D65"}] if traced else [{}]
+        study = {"render": QUICK, "rows": rows}
+        batch(study, output="small-{number}.nc")
+        monkeypatch.setattr("fluorspar.studies.do_group.available_memory", lambda: 1000)
+        index = batch(study, output=["large-{number}.nc", "large-{number}.png"])
+        assert statuses(index) == ["done"] * len(rows), index["fault"].values
+        np.testing.assert_array_equal(radiance("small-1.nc"), radiance("large-1.nc"))
+        assert not list(folder.glob(".*"))
+        with SpectralImage.open("large-1.nc") as image:
+            assert image.attrs[MARK] == index["study_row"].values[0]
+        assert Path("large-1.png").exists()
+
+
+SEEDS: dict[str, Any] = {
+    "render": QUICK | {"scene": "ball.xml"},
+    "product": {"seed": [1, 2]},
+    "output": "{seed}.nc",
+}
+
+
+class TestAgain:
+    def test_what_is_done_is_left_out(self, counted: dict[str, int]) -> None:
+        first, second = batch(SEEDS), batch(SEEDS)
+        assert counted["render_job"] == 2
+        assert statuses(first) == statuses(second) == ["done", "done"]
+        assert first["study_row"].equals(second["study_row"])
+
+    def test_of_pictures_too(self, counted: dict[str, int], folder: Path) -> None:
+        """They hold no mark, the index does."""
+        (folder / "seeds.csv").write_text("scene,size,spp,seed\nball.xml,8x8,4,1\nball.xml,8x8,4,2\n")
+        batch("seeds.csv", output="{seed}.png")
+        batch("seeds.csv", output="{seed}.png")
+        assert counted["render_job"] == 2
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            lambda: os.remove("1.nc"),
+            lambda: Path("1.nc").write_bytes(Path("1.nc").read_bytes()[:5000]),
+            lambda: fluorspar.render("ball.xml", size=(8, 8), spp=4, seed=1, wavelengths=GRID).save("1.nc"),
+        ],
+        ids=["gone", "damaged", "of something else"],
+    )
+    def test_what_is_not_whole_is_rendered_again(
+        self, change: Callable[[], object], counted: dict[str, int]
+    ) -> None:
+        batch(SEEDS)
+        expected = radiance("1.nc")
+        change()
+        batch(SEEDS)
+        assert counted["render_job"] == 3
+        np.testing.assert_array_equal(radiance("1.nc"), expected)
+
+    def test_a_partial_image_is_rendered_again(self, counted: dict[str, int]) -> None:
+        import h5py
+
+        batch(SEEDS)
+        with h5py.File("2.nc", "r+") as file:
+            file.attrs["partial"] = 1
+        batch(SEEDS)
+        assert counted["render_job"] == 3
+
+    def test_another_row_or_scene_is_rendered_again(self, counted: dict[str, int]) -> None:
+        batch(SEEDS)
+        os.utime("ball.xml", (1, 1))
+        batch(SEEDS)
+        assert counted["render_job"] == 2, "its content has not changed"
+        Path("ball.xml").write_text(SCENE.replace('value="1"', 'value="0.5"'))
+        batch(SEEDS)
+        assert counted["render_job"] == 4
+        batch(SEEDS | {"render": SEEDS["render"] | {"spp": 8}})
+        assert counted["render_job"] == 6
+
+
+class TestFaults:
+    def test_one_bad_row_is_no_harm_to_the_others(self, counted: dict[str, int]) -> None:
+        rows = [
+            {"light.light": "A"},
+            {"light.light": "no-lamp"},
+            {"light.lamp": "A"},
+            {"material.left-wall": "no-paint"},
+            {"wavelengths": "700:400:20"},
+            {"scene": "no-scene.xml"},
+            {"until": "error=1%", "light.light": "A"},
+            {"method": "staged", "concentration.left-wall": 0.5},
+            {"light.light": "D65"},
+        ]
+        index = batch({"render": QUICK, "rows": rows, "output": "{number}.nc"})
+        assert statuses(index) == ["done", *["failed"] * 7, "done"]
+        for fault, part in zip(
+            index["fault"].values[1:8],
+            (
+                "no-lamp",
+                "'lamp'",
+                "no-paint",
+                "wavelength",
+                "no-scene.xml",
+                "needs light paths",
+                "needs light paths",
+            ),
+            strict=True,
+        ):
+            assert part in fault
+            assert "Traceback" not in fault
+        assert sorted(path.name for path in Path().glob("*.nc")) == ["1.nc", "9.nc"]
+
+    def test_what_failed_is_tried_twice_and_by_the_next_call(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        from fluorspar.studies import do_group
+
+        tries, render = [], do_group.render_job
+
+        def weak(job: Any, **options: Any) -> Any:
+            tries.append(job.seed)
+            if tries.count(1) < needed and job.seed == 1:
+                raise OSError("the network is away")
+            return render(job, **options)
+
+        monkeypatch.setattr(do_group, "render_job", weak)
+        study = {"render": QUICK, "product": {"seed": [1, 2]}, "output": "{seed}.nc"}
+        needed = 4
+        index = batch(study)
+        assert tries == [1, 2, 1]
+        assert statuses(index) == ["failed", "done"]
+        assert "the network is away" in index["fault"].values[0]
+        assert statuses(batch(study)) == ["done", "done"]
+        assert tries == [1, 2, 1, 1, 1]
+
+    def test_a_full_disk_fails_the_row(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        import errno
+
+        from fluorspar.files.writing import write_error
+
+        def full(self: object, path: Path, **options: Any) -> None:
+            raise write_error(path, OSError(errno.ENOSPC, "No space left on device"))
+
+        monkeypatch.setattr(SpectralImage, "save", full)
+        index = batch({"render": QUICK, "output": "a.nc"})
+        assert statuses(index) == ["failed"]
+        assert "the disk is full" in index["fault"].values[0]
+
+    def test_a_scene_is_not_overwritten(self) -> None:
+        os.rename("ball.xml", "ball.nc")
+        with pytest.raises(OptionError, match="is one that is read"):
+            batch({"render": QUICK | {"scene": "ball.nc"}, "output": "ball.nc"})
+
+    def test_warnings_are_told(self) -> None:
+        with pytest.warns(FluorsparWarning, match="FL11"):
+            batch({"render": QUICK | {"light.light": "FL11"}, "output": "a.nc"})
+
+
+class TestInterrupted:
+    @pytest.fixture
+    def stop(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], Any]]:
+        def after(parts: int) -> Any:
+            def progress(done: int, whole: int) -> None:
+                if done >= parts:
+                    raise KeyboardInterrupt
+
+            return progress
+
+        return after  # type: ignore[return-value]
+
+    @pytest.fixture(autouse=True)
+    def small_chunks(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """16 of 64 pixels at a time."""
+        monkeypatch.setitem(CHUNK, "llvm", 16 * 4)
+
+    @pytest.mark.parametrize("rows", ["light.light", "seed"])
+    def test_the_same_call_goes_on(
+        self, rows: str, stop: Callable[[int], Any], folder: Path, counted: dict[str, int]
+    ) -> None:
+        """And the images are those of a batch that was not interrupted, bit for bit."""
+        product = {rows: ["A", "D65", "D50"] if rows == "light.light" else [1, 2, 3]}
+        study = {"render": QUICK, "product": product}
+        batch(study, output="whole-{number}.nc")
+        with pytest.warns(FluorsparWarning, match="1 of 3 renders are done; the same command goes on"):
+            index = batch(study, output="{number}.nc", progress=stop(1500))
+        assert statuses(index) == ["done", "open", "open"]
+        assert not Path("2.nc").exists()
+        before = dict(counted)
+        assert statuses(batch(study, output="{number}.nc")) == ["done"] * 3
+        name = "whole_image" if rows == "light.light" else "render_job"
+        assert counted[name] - before[name] == 2
+        for number in (1, 2, 3):
+            np.testing.assert_array_equal(radiance(f"{number}.nc"), radiance(f"whole-{number}.nc"))
+        assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+
+    def test_while_light_paths_are_traced(self, stop: Callable[[int], Any]) -> None:
+        study = {"render": QUICK, "product": {"light.light": ["A", "D65"]}, "output": "{number}.nc"}
+        with pytest.warns(FluorsparWarning, match="0 of 2 renders"):
+            index = batch(study, progress=stop(250))
+        assert statuses(index) == ["open", "open"]
+        assert not list(Path().glob("*.nc"))
+
+
+@pytest.mark.parametrize("traced", [True, False])
+def test_killed(traced: bool, folder: Path) -> None:
+    """By kill -9, at any moment: the same call makes the images of a batch that was not, and leaves nothing else."""
+    product: dict[str, Any] = {"light.light" if traced else "seed": [1, 2, 3, 4]}
+    study = {"render": QUICK, "product": product, "output": "{number}.nc"}
+    code = f"""
+import os, fluorspar
+from fluorspar.studies import do_group
+from fluorspar.files import writing
+do_group.available_memory = lambda: 1000 if {traced} else 2**40
+replace, count = os.replace, 0
+def deadly(*names):
+    global count
+    count += 1
+    if count == 4:
+        os.kill(os.getpid(), 9)
+    replace(*names)
+os.replace = deadly
+fluorspar.batch({study!r})
+"""
+    killed = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert killed.returncode == -9, killed.stderr
+    left = {path.name for path in folder.iterdir()} - {"ball.xml"}
+    assert {"1.nc", "2.nc"} <= left
+    assert any(name.startswith(".") for name in left), "something was being written"
+    assert statuses(batch(study)) == ["done"] * 4
+    assert {path.name for path in folder.iterdir()} == {
+        "ball.xml",
+        *(f"{number}.nc" for number in range(1, 5)),
+    }
+    batch(study, output="whole-{number}.nc")
+    for number in range(1, 5):
+        np.testing.assert_array_equal(radiance(f"{number}.nc"), radiance(f"whole-{number}.nc"))
+
+
+def test_progress_counts_renders_and_never_goes_back() -> None:
+    seen: list[tuple[int, int]] = []
+    product = {"light.light": ["A", "D65"], "seed": [1, 2]}
+    study = {"render": QUICK, "product": product, "output": "{number}.nc"}
+    batch(study, progress=lambda done, whole: seen.append((done, whole)))
+    assert seen == sorted(seen)
+    assert {whole for _, whole in seen} == {4000}
+    assert seen[-1][0] == 4000
+
+
+def test_dask_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fluorspar.extras.find_spec", lambda name: None)
+    with pytest.raises(FluorsparError, match=r'pip install "fluorspar\[cluster\]"'):
+        batch({"render": QUICK}, client=object())
