@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING
 
 from fluorspar.files.names import file_and_column
@@ -40,7 +43,8 @@ def located(settings: Mapping[str, Value], folder: Path) -> dict[str, Value]:
 def mark_of(row: Row) -> str:
     """A mark that changes with what a row asks for: SHA-256 of its settings, its scene file and the files they name.
 
-    Files that a scene file names in turn, such as meshes, do not count.
+    Files that the scene file names in turn count: meshes, textures, spectra, what it includes. Not those that are only
+    found in a folder of a `<path>`.
 
     Examples
     --------
@@ -50,8 +54,12 @@ def mark_of(row: Row) -> str:
     (True, False)
     """
     mark = hashlib.sha256(row.canonical.encode())
-    for file in _files_of(row):
+    parameters = {key[2:]: str(value) for key, value in row.settings.items() if key.startswith("D.")}
+    files = list(_files_of(row))
+    for file in files:
         mark.update(_digest(file, file.stat().st_mtime_ns))
+        if file.suffix.lower() == ".xml":
+            files += [named for named in _named_in(file, parameters) if named not in files]
     return mark.hexdigest()
 
 
@@ -64,6 +72,17 @@ def _files_of(row: Row) -> Iterator[Path]:
                 for name in (part, part.rpartition(":")[0], part.rpartition("x")[0]):
                     if name and os.path.isfile(file := file_and_column(name)[0]):
                         yield file
+
+
+def _named_in(file: Path, parameters: Mapping[str, str]) -> list[Path]:
+    """Files that a scene file names, relative to its folder."""
+    named = []
+    for value in re.findall(r'"([^"<>]+)"', file.read_text(errors="replace")):
+        name = Template(value).safe_substitute(parameters)
+        with suppress(OSError, ValueError):  # of what is no name
+            if os.path.isfile(path := file.parent / name):
+                named.append(path)
+    return named
 
 
 def _located(name: str, folder: Path) -> str:

@@ -1,0 +1,31 @@
+"""The mark of a row changes with every file that its image depends on."""
+
+from __future__ import annotations
+
+import pytest
+
+from fluorspar.studies.files import mark_of
+from fluorspar.studies.study import Row
+
+
+@pytest.mark.parametrize(
+    "file", ["room.xml", "parts/walls.xml", "parts/wall.obj", "lamps/white.spd", "paper.csv"]
+)
+def test_of_a_scene_and_all_that_it_names(tmp_path, file):
+    texts = {
+        "room.xml": '<scene version="3.0.0"><include filename="parts/walls.xml"/>'
+        '<spectrum name="radiance" filename="lamps/$lamp.spd"/></scene>',
+        "parts/walls.xml": '<scene version="3.0.0"><shape type="obj">'
+        '<string name="filename" value="wall.obj"/></shape></scene>',
+        "parts/wall.obj": "v 0 0 0",
+        "lamps/white.spd": "400 1",
+        "paper.csv": "wavelength,reflectance",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    row = Row(1, {"scene": "room.xml", "D.lamp": "white", "material.wall": "paper.csv"}, (), tmp_path)
+    before = mark_of(row)
+    assert mark_of(row) == before
+    (tmp_path / file).write_text(texts[file] + " ")
+    assert mark_of(row) != before
