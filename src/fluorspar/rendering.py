@@ -95,8 +95,8 @@ def render(
     threads : int, optional
         Default: all cores this process may use.
     output : path, optional
-        A `.nc` file to stream the image to while it is rendered, so that it need not fit into memory; the
-        image returned then reads from it.
+        A `.nc` file or `.zarr` store to stream the image to while it is rendered, so that it need not fit into
+        memory; the image returned then reads from it.
     progress : callable or bool, optional
         True draws a bar, in notebooks too; or called with the work done and the work in all (pixels, or renders of the
         staged method).

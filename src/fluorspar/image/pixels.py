@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fluorspar.errors import FluorsparWarning, OptionError, RendererError, message
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.formats.netcdf import NetcdfWriter
+from fluorspar.image.formats.zarr_writer import ZarrWriter
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -167,14 +168,14 @@ def check_streamed(path: str | os.PathLike[str]) -> None:
     Raises
     ------
     OptionError
-        If its suffix is not that of NetCDF.
+        If its suffix is not that of NetCDF or Zarr.
     """
-    if Path(path).suffix.lower() != ".nc":
+    if Path(path).suffix.lower() not in (".nc", ".zarr"):
         raise OptionError(
             message(
-                "an image can be streamed to NetCDF only",
+                "an image can be streamed to NetCDF or Zarr only",
                 got=Path(path).name,
-                expected="a name that ends in .nc",
+                expected="a name that ends in .nc or .zarr",
             )
         )
 
@@ -230,7 +231,7 @@ class PixelsInMemory:
 
 
 class PixelsInFile:
-    """A NetCDF file that is written while pixels come in, see `NetcdfWriter`.
+    """A NetCDF file or Zarr store that is written while pixels come in, see `NetcdfWriter` and `ZarrWriter`.
 
     Raises
     ------
@@ -249,7 +250,8 @@ class PixelsInFile:
         component_errors: bool,
     ) -> None:
         check_streamed(path)
-        self._writer = NetcdfWriter(path, grid, height, width, component_errors=component_errors)
+        writer = ZarrWriter if Path(path).suffix.lower() == ".zarr" else NetcdfWriter
+        self._writer = writer(path, grid, height, width, component_errors=component_errors)
         self._bands, self._component_errors = len(grid), component_errors
         self._buffer = Pixels.empty(0, self._bands, component_errors)
         self._finished = FinishedPixels(grid, width)
