@@ -470,14 +470,15 @@ class SpectralImage:
         SpectralImage
             Attribute `denoised` says how. In place of standard errors it has `denoised_error(y, x, wavelength)`, the
             estimated error of the total, which neighbouring pixels share, and `noisy_standard_error`, that of the
-            total before. Where it is dark, radiance may be slightly negative.
+            total before. Where it is dark, radiance may be slightly negative. An image of more than 1 GiB is not kept
+            in memory: it reads this one whenever it is used.
 
         Raises
         ------
         FluorsparError
             If the package is missing: `pip install "fluorspar[denoise]"`.
         ImageError
-            If the image is denoised already, or does not fit into memory.
+            If the image is denoised already.
         SceneError
             If the scene cannot be loaded.
 
