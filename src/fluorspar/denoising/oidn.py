@@ -11,6 +11,8 @@ __all__ = ["denoise_channels"]
 
 Array = NDArray[np.float32]
 
+_MEGABYTES = 500  # that the network may take, for it takes more the larger the picture is
+
 
 def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, fast: bool = False) -> Array:
     """Denoise channels, three at a time.
@@ -28,10 +30,10 @@ def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, f
     -------
     ndarray of shape (Y, X, n)
     """
-    import mitsuba_oidn as oidn
-
-    guides: dict[str, Any] = {} if surfaces is None else {"albedo": surfaces[0], "normal": surfaces[1]}
-    quality = oidn.Quality.Fast if fast else oidn.Quality.High
+    guides: dict[str, Any] = {}
+    if surfaces is not None:
+        of_surfaces = (np.ascontiguousarray(each, np.float32) for each in surfaces)
+        guides = dict(zip(("albedo", "normal"), of_surfaces, strict=True))
     count = channels.shape[2]
     calls = -(-count // 3)
     out = np.empty_like(channels)
@@ -42,7 +44,24 @@ def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, f
         scale = np.maximum(part.mean(axis=(0, 1), dtype=np.float64), np.finfo(np.float32).tiny).astype(
             np.float32
         )
-        white = np.ascontiguousarray(part / scale)
-        clean = scale * oidn.denoise(white, hdr=True, quality=quality, **guides)
+        clean = _picture(np.ascontiguousarray(part / scale), guides, fast)
+        clean *= scale
         out[..., taken] = clean[..., : len(taken)]
     return out
+
+
+def _picture(noisy: Array, guides: dict[str, Any], fast: bool) -> Array:
+    """Denoise three channels; on the processor tile by tile, where they are large, which changes no bit."""
+    import mitsuba_oidn as oidn
+
+    quality = oidn.Quality.Fast if fast else oidn.Quality.High
+    device = oidn.Device()
+    if device.type != oidn.DeviceType.CPU:
+        return np.array(oidn.denoise(noisy, hdr=True, quality=quality, **guides))
+    clean = np.empty_like(noisy)
+    tiled = device.new_filter("RT")
+    for name, image in ({"color": noisy, "output": clean} | guides).items():
+        tiled.set_image(name, image)
+    tiled.hdr, tiled.quality, tiled.max_memory_mb = True, quality, _MEGABYTES
+    tiled.execute()
+    return clean

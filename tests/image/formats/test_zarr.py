@@ -282,3 +282,14 @@ class TestUnreadableStores:
         (tmp_path / "a.zarr" / part).write_text("{")
         with pytest.raises(ImageError, match=r"(?s)a\.zarr"):
             SpectralImage.open(tmp_path / "a.zarr")
+
+
+def test_a_render_into_a_store_is_the_one_in_memory(tmp_path):
+    import fluorspar
+
+    options = {"size": (24, 18), "spp": 4, "wavelengths": "400:700:20"}
+    expected = fluorspar.render("cornell-box", **options)
+    with fluorspar.render("cornell-box", **options, output=tmp_path / "a.zarr") as image:
+        np.testing.assert_array_equal(image.dataset.radiance, expected.dataset.radiance)
+        np.testing.assert_array_equal(image.standard_error(), expected.standard_error())
+        assert set(image.attrs) == set(expected.attrs)
