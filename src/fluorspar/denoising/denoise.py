@@ -16,7 +16,7 @@ from fluorspar.denoising.extra import check_extra
 from fluorspar.denoising.oidn import denoise_channels
 from fluorspar.denoising.pictures import Picture, channels_of_errors, pictures_of, strips
 from fluorspar.denoising.shares import shared_out
-from fluorspar.denoising.windows import bias_squares, block_factors, mean_around
+from fluorspar.denoising.windows import bias_squares, mean_around
 from fluorspar.errors import ImageError, message
 from fluorspar.image.computed import computed
 from fluorspar.image.dataset import values_of
@@ -72,12 +72,13 @@ def denoise(
     names = [name for name in image.components if name != _SOURCE]
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
         *parts, whole = pictures_of(dataset, names, _CHANNELS, pool)
+        lit = {name: part for name, part in zip(names, parts, strict=True) if part.channels.any()}
         error = _denoise_total(whole, dataset, surfaces, pool)
         if len(names) == 1:
-            parts = [whole]
+            lit = dict.fromkeys(lit, whole)
         else:
-            _denoise_components([part for part in parts if part.noisy.any()], surfaces)
-    radiance = _radiance(dataset, dict(zip(names, parts, strict=True)), whole)
+            _denoise_components(list(lit.values()), surfaces)
+    radiance = _radiance(dataset, lit, whole)
     guided = "without the scene" if surfaces is None else "guided by colours and normals of surfaces"
     parts_of = {"radiance": radiance, "denoised_error": error}
     if "standard_error" in dataset:
@@ -118,8 +119,8 @@ def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
 
 def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | None, pool: Executor) -> Rows:
     """Denoise the total, in place; return what gives rows of its estimated error, ndarray of shape (rows, X, N)."""
-    noisy, lamps = picture.noisy, _lamps(dataset)
-    clean = _with_own_means(noisy, denoise_channels(noisy, surfaces))
+    noisy, lamps = picture.channels, _lamps(dataset)
+    clean = denoise_channels(noisy, surfaces, own_means=True)
     removed = noisy - clean
     if "standard_error" in dataset:
         errors = channels_of_errors(dataset, "standard_error", _CHANNELS[1], pool)
@@ -135,15 +136,15 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
     of_clean = np.stack([share * mean_around(x, _WINDOW) for x in np.moveaxis(clean, 2, 0)], axis=2)
     own = own[..., np.newaxis]
     left = np.hypot((1 - own) * of_clean, own * errors)
-    picture.clean = clean + own * removed
+    picture.channels = clean + own * removed
 
     def error(rows: slice) -> Array:
         by_channels = np.sqrt(np.square(left[rows]) @ np.square(picture.spectra))
         # Between channels errors are shared, and not smaller than on average.
         on_average = left[rows].mean(axis=2, keepdims=True) / np.maximum(
-            picture.clean[rows].mean(axis=2, keepdims=True), np.finfo(np.float32).tiny
+            picture.channels[rows].mean(axis=2, keepdims=True), np.finfo(np.float32).tiny
         )
-        values = np.maximum(by_channels, on_average * np.abs(picture.clean[rows] @ picture.spectra))
+        values = np.maximum(by_channels, on_average * np.abs(picture.channels[rows] @ picture.spectra))
         if lamps[rows].any() and "standard_error" in dataset:
             of_lamps = values_of(dataset, "standard_error", rows)
             values[lamps[rows]] = np.hypot(values, of_lamps)[lamps[rows]]
@@ -155,10 +156,10 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
 def _denoise_components(pictures: list[Picture], surfaces: Surfaces | None) -> None:
     """Denoise components, in place: only their shares of the total are used."""
     if pictures:
-        noisy = np.concatenate([picture.noisy for picture in pictures], axis=2)
-        clean = _with_own_means(noisy, denoise_channels(noisy, surfaces, fast=True))
-        for picture, of_picture in zip(pictures, np.split(clean, len(pictures), axis=2), strict=True):
-            picture.clean = of_picture
+        channels = np.concatenate([picture.channels for picture in pictures], axis=2)
+        for picture, of_picture in zip(pictures, np.split(channels, len(pictures), axis=2), strict=True):
+            picture.channels = of_picture
+        denoise_channels(channels, surfaces, fast=True, own_means=True, out=channels)
 
 
 def _lamps(dataset: xr.Dataset) -> NDArray[np.bool_]:
@@ -170,16 +171,9 @@ def _lamps(dataset: xr.Dataset) -> NDArray[np.bool_]:
     return np.concatenate(blocks)
 
 
-def _with_own_means(noisy: Array, clean: Array) -> Array:
-    for n in range(noisy.shape[2]):
-        clean[..., n] *= block_factors(noisy[..., n], clean[..., n])
-    return clean
-
-
-def _radiance(dataset: xr.Dataset, parts: dict[str, Picture], whole: Picture) -> Rows:
+def _radiance(dataset: xr.Dataset, lit: dict[str, Picture], whole: Picture) -> Rows:
     """What gives rows of all components: the denoised ones add up to the denoised total, the rest stays as it is."""
     names = [str(name) for name in dataset["component"].values]
-    lit = [name for name, part in parts.items() if part.noisy.any()]
 
     def finished(rows: slice) -> Array:
         radiance = np.stack([values_of(dataset, "radiance", rows, name) for name in names])
@@ -194,7 +188,7 @@ def _radiance(dataset: xr.Dataset, parts: dict[str, Picture], whole: Picture) ->
         for values in done[1:]:
             total += values
         for name, values in zip(lit, done, strict=True):
-            values[...] = parts[name].denoised(values, row)
+            values[...] = lit[name].denoised(values, row)
         shared_out(whole.denoised(total, row), done)
 
     return finished

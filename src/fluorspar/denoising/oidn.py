@@ -7,14 +7,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.denoising.windows import block_factors
+
 __all__ = ["denoise_channels"]
 
 Array = NDArray[np.float32]
 
-_MEGABYTES = 500  # that the network may take, for it takes more the larger the picture is
+_MEGABYTES = 400  # that the network may take, for it takes more the larger the picture is
 
 
-def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, fast: bool = False) -> Array:
+def denoise_channels(
+    channels: Array,
+    surfaces: tuple[Array, Array] | None,
+    *,
+    fast: bool = False,
+    own_means: bool = False,
+    out: Array | None = None,
+) -> Array:
     """Denoise channels, three at a time.
 
     Parameters
@@ -25,6 +34,10 @@ def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, f
         Colours and normals of shape (Y, X, 3), see `seen_first`.
     fast : bool
         In half the time, and a little less well.
+    own_means : bool
+        Give blocks their own means again, as far as these are known, see `block_factors`.
+    out : ndarray of shape (Y, X, n), optional
+        Where the result goes, which may be `channels` itself. Default: a new array.
 
     Returns
     -------
@@ -36,7 +49,7 @@ def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, f
         guides = dict(zip(("albedo", "normal"), of_surfaces, strict=True))
     count = channels.shape[2]
     calls = -(-count // 3)
-    out = np.empty_like(channels)
+    out = np.empty_like(channels) if out is None else out
     for call in range(calls):
         # 0, 2, 4 and 1, 3, 5: each three reach over all wavelengths, as those of a picture do
         taken = np.arange(call, count, calls)
@@ -46,7 +59,8 @@ def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, f
         )
         clean = _picture(np.ascontiguousarray(part / scale), guides, fast)
         clean *= scale
-        out[..., taken] = clean[..., : len(taken)]
+        for n, denoised in zip(taken, np.moveaxis(clean, 2, 0), strict=False):
+            out[..., n] = denoised * block_factors(channels[..., n], denoised) if own_means else denoised
     return out
 
 

@@ -30,21 +30,21 @@ class Picture:
 
     Attributes
     ----------
-    noisy : ndarray of shape (Y, X, n)
-        0 where nothing was rendered.
+    channels : ndarray of shape (Y, X, n)
+        Noisy at first; then those of the denoised image take their place. 0 where nothing was rendered.
+    ranges : ndarray of shape (N, n)
+        What they are of spectra, see `channel_ranges`.
     spectra : ndarray of shape (n, N)
         What goes with them, see `channel_spectra`.
-    clean : ndarray of shape (Y, X, n)
-        Those of the denoised image.
     """
 
-    noisy: Array
+    channels: Array
+    ranges: Array
     spectra: Array
-    clean: Array
 
     def denoised(self, radiance: Array, rows: slice) -> Array:
         """Denoise the spectra of some rows: what no channel holds becomes lighter or darker as they do."""
-        noisy, clean = self.noisy[rows], self.clean[rows]
+        noisy, clean = np.nan_to_num(radiance @ self.ranges), self.channels[rows]
         before, after = noisy.sum(axis=2, keepdims=True), clean.sum(axis=2, keepdims=True)
         factor = np.divide(after, before, out=np.ones_like(before), where=before > 0)
         np.minimum(factor, _MOST, out=factor)
@@ -94,7 +94,7 @@ def pictures_of(
     looked_at = [of_strip for of_strip in pool.map(read, strips(0, height)) if of_strip]
     moments = [np.sum(parts, axis=0) for parts in zip(*looked_at, strict=True)]
     return [
-        Picture(channels, channel_spectra(of, moment), channels)
+        Picture(channels, of, channel_spectra(of, moment))
         for channels, of, moment in zip(noisy, ranges, moments, strict=True)
     ]
 
