@@ -96,8 +96,8 @@ def render(
     threads : int, optional
         Default: all cores this process may use.
     output : path, optional
-        A `.nc` file to stream the image to while it is rendered, so that it need not fit into memory; the
-        image returned then reads from it.
+        A `.nc` file or `.zarr` store to stream the image to while it is rendered, so that it need not fit into
+        memory; the image returned then reads from it.
     resume : bool
         Go on with what an interrupted render of the same scene and options has left of `output`, if anything: after
         Ctrl-C a partial image, after anything else (from a few seconds on) its finished chunks and a journal beside

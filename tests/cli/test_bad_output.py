@@ -50,7 +50,7 @@ def test_suffix_is_unknown(fluorspar: CommandLine, name: str) -> None:
         "this kind of file cannot be written",
         "where: --output",
         f"got: {name}",
-        "expected: .nc, .exr, .hdr, .png",
+        "expected: .nc, .exr, .hdr, .zarr, .png",
         "fix: rename the file",
     )
 

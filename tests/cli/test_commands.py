@@ -180,7 +180,7 @@ class TestInfo:
             ("old.exr", ("old.exr",)),
             (
                 "notes.txt",
-                ("not an image, a scene or a material", "expected: .nc, .exr, .hdr, .xml, .csv, .bfc"),
+                ("not an image, a scene or a material", "expected: .nc, .exr, .hdr, .zarr, .xml, .csv, .bfc"),
             ),
             (
                 "old.png",

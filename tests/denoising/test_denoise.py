@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import fluorspar
 from fluorspar.colour.difference import ciede2000
@@ -14,6 +15,7 @@ from fluorspar.colour.xyz import xyz_from_radiance
 from fluorspar.comparing.whites import lab_of
 from fluorspar.denoising.extra import check_extra
 from fluorspar.errors import FluorsparError, ImageError
+from fluorspar.image import computed, dataset
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measuring.points import Point
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -199,3 +201,17 @@ def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fluorspar.denoising.extra.find_spec", lambda name: None)
     with pytest.raises(FluorsparError, match=r'pip install "fluorspar\[denoise\]"'):
         check_extra()
+
+
+def test_a_large_image_is_denoised_strip_by_strip(
+    box: Renders, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(computed, "_LARGEST_KEPT", 0)
+    monkeypatch.setattr(dataset, "_BLOCK_BYTES", 20 * 4 * 96 * 31)
+    box.noisy.save(tmp_path / "noisy.nc")
+    with SpectralImage.open(tmp_path / "noisy.nc") as noisy:
+        clean = noisy.denoised()
+        assert not clean.dataset["radiance"].variable._in_memory
+        clean.save(tmp_path / "clean.nc")
+    with SpectralImage.open(tmp_path / "clean.nc") as saved:
+        xr.testing.assert_identical(saved.dataset.load(), box.clean.dataset)

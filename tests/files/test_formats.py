@@ -23,6 +23,10 @@ def test_readers_and_writers_are_there(formats: dict[str, Format]) -> None:
 
 
 def test_suffixes() -> None:
-    assert images.SUFFIXES == suffixes_read(images.FORMATS) == (".nc", ".exr", ".hdr")
-    assert images.SUFFIXES_WRITTEN == suffixes_written(images.FORMATS) == (".nc", ".exr", ".hdr", ".png")
+    assert images.SUFFIXES == suffixes_read(images.FORMATS) == (".nc", ".exr", ".hdr", ".zarr")
+    assert (
+        images.SUFFIXES_WRITTEN
+        == suffixes_written(images.FORMATS)
+        == (".nc", ".exr", ".hdr", ".zarr", ".png")
+    )
     assert (materials.SUFFIXES, materials.SUFFIXES_WRITTEN) == ((".csv", ".bfc"), (".csv",))

@@ -257,7 +257,7 @@ class TestWrongData:
             SpectralImage.open(name)
 
     def test_saving_to_an_unknown_suffix_writes_nothing(self, image, tmp_path):
-        with pytest.raises(ImageError, match=r"\.nc, \.exr, \.hdr, \.png"):
+        with pytest.raises(ImageError, match=r"\.nc, \.exr, \.hdr, \.zarr, \.png"):
             image.save(tmp_path / "room.tif")
         assert not list(tmp_path.iterdir())
 

@@ -15,6 +15,7 @@ from fluorspar.colour.xyz import lab_from_xyz, white_xyz, xyz_from_radiance
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.display.appearance import appearance
 from fluorspar.measuring.regions import measure_regions
+from fluorspar.view import sources
 from fluorspar.view.opening import opened
 from fluorspar.view.server import Server
 from fluorspar.view.sources import ImageSource
@@ -508,3 +509,26 @@ def test_it_says_when_the_server_is_gone(browser, dim, tmp_path):
     browser.key("g")
     browser.wait("document.querySelector('#status').textContent.includes('does not answer')")
     browser.troubles.clear()
+
+
+def test_a_large_image_shows_all_pixels_of_what_one_zooms_into(page, dim, monkeypatch):
+    """Of 32 x 32 pixels 8 x 8 are shown at first; zoomed in, the picture is that of a window that has them all."""
+    state = quote(json.dumps({"view": {"source": "0", "exposure": 0.005}}))
+
+    def opened_at(server):
+        page.open(f"{server.address}#{state}")
+        settled(page)
+        return picture(page)
+
+    with Server(Workspace([ImageSource("dim", dim)])) as server:
+        whole = opened_at(server)
+        for _ in range(3):
+            page.key("+")
+        part = changed(page, whole)
+    monkeypatch.setattr(sources, "_LARGE", 31)
+    monkeypatch.setattr(sources, "_OVERVIEW", 8)
+    with Server(Workspace([ImageSource("dim", dim)])) as server:
+        assert opened_at(server) != whole
+        for _ in range(3):
+            page.key("+")
+        page.wait(f"{CANVAS} === {part}")

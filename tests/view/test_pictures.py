@@ -15,9 +15,11 @@ from window_parts import GRID, Ask, image_of
 
 from fluorspar import SpectralImage
 from fluorspar.image.display.appearance import appearance, auto_exposure, show
+from fluorspar.view import kept_image, sources
 from fluorspar.view.image_cache import ImageCache
 from fluorspar.view.kept_image import KeptImage
 from fluorspar.view.sources import ImageSource
+from fluorspar.view.workspace import Workspace
 
 
 def pixels_of(response: Any) -> NDArray[np.uint8]:
@@ -164,3 +166,48 @@ def test_visible_lamps_alone(ask: Ask, image: SpectralImage) -> None:
     assert np.array_equal(pixels_of(response), shown.bytes)
     black = facts_of(ask("picture", source="0", weights=others | {"source": 0.0}))
     assert (black["exposure"], black["white_at"]) == (None, None)
+
+
+class TestLargeImages:
+    """Shown in pieces: some of the pixels of the whole, and all of those that one looks at."""
+
+    @pytest.fixture(autouse=True)
+    def small_screens(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(sources, "_LARGE", 6)
+        monkeypatch.setattr(sources, "_OVERVIEW", 3)
+
+    def test_the_whole_has_some_of_its_pixels(self, ask: Ask, image: SpectralImage) -> None:
+        response = ask("picture", source="0")
+        width, height = image.size
+        every = -(-max(width, height) // 3)
+        part = image.dataset.isel(x=slice(None, None, every), y=slice(None, None, every))
+        assert np.array_equal(pixels_of(response), appearance(part, image.components).bytes)
+        assert facts_of(response)["size"] == [width, height]
+        assert f"of every {every} rows and columns one is shown" in facts_of(response)["notes"][0]
+
+    def test_a_window_has_all_of_its_pixels(self, ask: Ask, image: SpectralImage) -> None:
+        response = ask("picture", source="0", window=[2, 1, 6, 5], exposure=1e-3)
+        whole = appearance(image.dataset, image.components, 1e-3).bytes
+        assert np.array_equal(pixels_of(response), whole[1:6, 2:7])
+        assert facts_of(response)["notes"] == []
+
+    def test_a_window_reads_only_the_rows_and_columns_it_shows(
+        self, ask: Ask, workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        seen = []
+        read = kept_image.xyz_of
+        monkeypatch.setattr(
+            kept_image, "xyz_of", lambda dataset, names: (seen.append(dataset.sizes), read(dataset, names))[1]
+        )
+        ask("picture", source="0", window=[0, 0, 3, 1], exposure=1.0)
+        assert {(sizes["x"], sizes["y"]) for sizes in seen} == {(4, 2)}
+
+    def test_a_window_outside_is_refused(self, refused: Ask) -> None:
+        assert "the window is outside the image" in refused("picture", source="0", window=[0, 0, 999, 1])
+
+    def test_spectra_and_files_are_of_all_pixels(self, ask: Ask, image: SpectralImage) -> None:
+        spectrum = ask("spectrum", source="0", region=[7, 5, 7, 5])
+        assert np.allclose(spectrum["total"], image.spectrum_at(7, 5).total, rtol=1e-6)
+        saved = ask("save", source="0", format="exr")
+        assert saved.content[:4] == b"\x76\x2f\x31\x01"
+        assert len(saved.content) > 4 * image.size[0] * image.size[1]

@@ -12,6 +12,7 @@ from fluorspar.figures.style import FORMATS
 from fluorspar.files.writing import check_not_input, check_target
 from fluorspar.image.formats.envi import check_data_target
 from fluorspar.image.formats.registry import SUFFIXES_WRITTEN as IMAGES_WRITTEN
+from fluorspar.image.formats.zarr import check_zarr_target
 
 __all__ = [
     "check_files",
@@ -51,7 +52,7 @@ def check_files(
     """
     for path in paths:
         check_suffix(path, suffixes, "--output")
-        check_target(path)
+        (check_zarr_target if path.suffix.lower() == ".zarr" else check_target)(path)
         check_not_input(path, *inputs)
     if len({os.path.realpath(path) for path in paths}) < len(paths):
         fault, got = "a file is to be written twice", ", ".join(map(str, paths))
@@ -110,8 +111,8 @@ def check_pictures(folder: Path | None) -> None:
 
 
 def stream_target(outputs: Sequence[Path]) -> Path | None:
-    """Choose the file that the image is streamed to while it is rendered, if one is NetCDF."""
-    return next((path for path in outputs if path.suffix.lower() == ".nc"), None)
+    """Choose the file that the image is streamed to while it is rendered, if one is NetCDF or Zarr."""
+    return next((path for path in outputs if path.suffix.lower() in (".nc", ".zarr")), None)
 
 
 def check_plot(path: Path | None) -> None:

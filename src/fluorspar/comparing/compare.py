@@ -70,7 +70,7 @@ def compare(
     Parameters
     ----------
     a, b : SpectralImage, PointSpectra, str or path-like
-        Images (`.nc`, `.exr`, `.hdr`) or tables of measured spectra (`.csv`). A is the reference: errors are
+        Images (`.nc`, `.exr`, `.hdr`, `.zarr`) or tables of measured spectra (`.csv`). A is the reference: errors are
         relative to it.
     points : sequence of Point, str or path-like, optional
         Points at which images are measured, or a points file; needed to compare an image with a table, which is

@@ -226,15 +226,19 @@ def _in_blocks(d: Differences, known: NDArray[np.bool_]) -> Differences:
     """Sums over square blocks of pixels, or over each point, without those that have no noise."""
     of_mean = d.mean_errors**2
     fields = (d.squares, d.variances, d.means, of_mean, of_mean**2 / d.freedom, d.levels, d.level_squares)
-    sums = np.where(known, np.stack(fields), 0.0)
-    if sums.ndim == 3:
-        size = max(_LEAST, -(-max(known.shape) // _BLOCKS))
-        for axis in (1, 2):
-            sums = np.add.reduceat(sums, np.arange(0, sums.shape[axis], size), axis=axis)
-        sums = sums.reshape(len(fields), -1)
+    sums = np.stack([_sums(np.where(known, values, 0.0)) for values in fields])
     squares, variances, means, of_mean, of_mean_squared, levels, level_squares = sums[:, sums[1] > 0]
     freedom = combined_freedom(of_mean, of_mean_squared)
     return Differences(squares, variances, means, np.sqrt(of_mean), levels, level_squares, freedom)
+
+
+def _sums(values: Array) -> Array:
+    """Sums over square blocks of pixels, or the values of points as they are, ndarray of shape (blocks,)."""
+    if values.ndim == 2:
+        size = max(_LEAST, -(-max(values.shape) // _BLOCKS))
+        for axis in (0, 1):
+            values = np.add.reduceat(values, np.arange(0, values.shape[axis], size), axis=axis)
+    return values.ravel()
 
 
 def _doubt(known_of: str, same_seed: int | None, denoised: str) -> str:

@@ -23,7 +23,7 @@ __all__ = ["ImageSide", "PointSide", "Weights", "image_sides", "point_sides"]
 Array = NDArray[np.float64]
 Weights: TypeAlias = Array | None
 
-_KEEP_BYTES = 400 * 2**20  # totals up to this size stay in memory between two passes
+_KEEP_BYTES = 128 * 2**20  # totals up to this size stay in memory between two passes
 
 
 @dataclass(eq=False)

@@ -55,7 +55,7 @@ def open_side(source: Source) -> Side:
     fluorspar.errors.OptionError: this kind of file cannot be compared
       where:    notes.pdf
       got:      .pdf
-      expected: an image (.nc, .exr, .hdr) or a table of spectra (.csv, .txt)
+      expected: an image (.nc, .exr, .hdr, .zarr) or a table of spectra (.csv, .txt)
     """
     if isinstance(source, SpectralImage | PointSpectra):
         return source

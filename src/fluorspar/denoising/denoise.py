@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,10 +16,10 @@ from fluorspar.denoising.extra import check_extra
 from fluorspar.denoising.oidn import denoise_channels
 from fluorspar.denoising.pictures import Picture, channels_of_errors, pictures_of, strips
 from fluorspar.denoising.shares import shared_out
-from fluorspar.denoising.windows import bias_squares, block_factors, mean_around
+from fluorspar.denoising.windows import bias_squares, mean_around
 from fluorspar.errors import ImageError, message
-from fluorspar.files.memory import check_memory
-from fluorspar.image.dataset import make_dataset, values_of
+from fluorspar.image.computed import computed
+from fluorspar.image.dataset import values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.measuring.image_scene import given_scene, scene_of
@@ -33,6 +35,7 @@ __all__ = ["Surfaces", "denoise", "surfaces_of"]
 
 Array = NDArray[np.float32]
 Surfaces = tuple[Array, Array]
+Rows = Callable[[slice], Array]
 
 _CHANNELS = 3, 6  # of a component, and of the total
 _WINDOW = 7  # pixels, for the blend with the noisy image
@@ -63,26 +66,44 @@ def denoise(
     if "denoised" in dataset.attrs:
         how = dataset.attrs["denoised"]
         raise ImageError(message("the image is denoised already", got=how, fix="denoise the noisy one"))
-    check_memory(4 * dataset["radiance"].size, dataset.encoding.get("source"), "the denoised image")
     if surfaces is None:
         known = given_scene(scene) or scene_of(image)
         surfaces = None if known is None else surfaces_of(known, image)
     names = [name for name in image.components if name != _SOURCE]
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
         *parts, whole = pictures_of(dataset, names, _CHANNELS, pool)
+        lit = {name: part for name, part in zip(names, parts, strict=True) if part.channels.any()}
         error = _denoise_total(whole, dataset, surfaces, pool)
         if len(names) == 1:
-            parts = [whole]
+            lit = dict.fromkeys(lit, whole)
         else:
-            _denoise_components([part for part in parts if part.noisy.any()], surfaces)
-        radiance = _radiance(dataset, dict(zip(names, parts, strict=True)), whole, pool)
+            _denoise_components(list(lit.values()), surfaces)
+    radiance = _radiance(dataset, lit, whole)
     guided = "without the scene" if surfaces is None else "guided by colours and normals of surfaces"
-    errors = {"denoised_error": error}
+    parts_of = {"radiance": radiance, "denoised_error": error}
     if "standard_error" in dataset:
-        errors["noisy_standard_error"] = values_of(dataset, "standard_error")
+        parts_of["noisy_standard_error"] = lambda rows: values_of(dataset, "standard_error", rows)
+    by_strips = {name: _by_strips(rows, threads or usable_cores()) for name, rows in parts_of.items()}
     attrs = {**dataset.attrs, "denoised": f"Open Image Denoise, {guided}"}
-    clean_one = make_dataset(radiance, image.wavelengths, attrs=attrs, components=image.components, **errors)
-    return SpectralImage(clean_one)
+    return SpectralImage(computed(by_strips, image.size, image.wavelengths, attrs, image.components))
+
+
+def _by_strips(some: Rows, threads: int) -> Rows:
+    """A function of few rows as one of many, in several threads."""
+
+    def of(rows: slice) -> Array:
+        cut = strips(rows.start, rows.stop)
+        if len(cut) == 1:
+            return some(rows)
+        with ThreadPoolExecutor(threads) as pool:
+            parts = pool.map(some, cut)
+            first = next(parts)
+            whole = np.empty((*first.shape[:-3], rows.stop - rows.start, *first.shape[-2:]), np.float32)
+            for strip, part in zip(cut, chain([first], parts), strict=True):
+                whole[..., strip.start - rows.start : strip.stop - rows.start, :, :] = part
+        return whole
+
+    return of
 
 
 def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
@@ -96,10 +117,10 @@ def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
     return seen_first(job.scene, job.grid, job.computed_grid)
 
 
-def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | None, pool: Executor) -> Array:
-    """Denoise the total, in place; return its estimated error, ndarray of shape (Y, X, N)."""
-    noisy, lamps = picture.noisy, _lamps(dataset)
-    clean = _with_own_means(noisy, denoise_channels(noisy, surfaces))
+def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | None, pool: Executor) -> Rows:
+    """Denoise the total, in place; return what gives rows of its estimated error, ndarray of shape (rows, X, N)."""
+    noisy, lamps = picture.channels, _lamps(dataset)
+    clean = denoise_channels(noisy, surfaces, own_means=True)
     removed = noisy - clean
     if "standard_error" in dataset:
         errors = channels_of_errors(dataset, "standard_error", _CHANNELS[1], pool)
@@ -115,31 +136,30 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
     of_clean = np.stack([share * mean_around(x, _WINDOW) for x in np.moveaxis(clean, 2, 0)], axis=2)
     own = own[..., np.newaxis]
     left = np.hypot((1 - own) * of_clean, own * errors)
-    picture.clean = clean + own * removed
-    error = np.empty((*noisy.shape[:2], picture.spectra.shape[1]), np.float32)
+    picture.channels = clean + own * removed
 
-    def put(rows: slice) -> None:
+    def error(rows: slice) -> Array:
         by_channels = np.sqrt(np.square(left[rows]) @ np.square(picture.spectra))
         # Between channels errors are shared, and not smaller than on average.
         on_average = left[rows].mean(axis=2, keepdims=True) / np.maximum(
-            picture.clean[rows].mean(axis=2, keepdims=True), np.finfo(np.float32).tiny
+            picture.channels[rows].mean(axis=2, keepdims=True), np.finfo(np.float32).tiny
         )
-        error[rows] = np.maximum(by_channels, on_average * np.abs(picture.clean[rows] @ picture.spectra))
+        values = np.maximum(by_channels, on_average * np.abs(picture.channels[rows] @ picture.spectra))
         if lamps[rows].any() and "standard_error" in dataset:
             of_lamps = values_of(dataset, "standard_error", rows)
-            error[rows][lamps[rows]] = np.hypot(error[rows], of_lamps)[lamps[rows]]
+            values[lamps[rows]] = np.hypot(values, of_lamps)[lamps[rows]]
+        return np.asarray(values, np.float32)
 
-    list(pool.map(put, strips(len(noisy))))
     return error
 
 
 def _denoise_components(pictures: list[Picture], surfaces: Surfaces | None) -> None:
     """Denoise components, in place: only their shares of the total are used."""
     if pictures:
-        noisy = np.concatenate([picture.noisy for picture in pictures], axis=2)
-        clean = _with_own_means(noisy, denoise_channels(noisy, surfaces, fast=True))
-        for picture, of_picture in zip(pictures, np.split(clean, len(pictures), axis=2), strict=True):
-            picture.clean = of_picture
+        channels = np.concatenate([picture.channels for picture in pictures], axis=2)
+        for picture, of_picture in zip(pictures, np.split(channels, len(pictures), axis=2), strict=True):
+            picture.channels = of_picture
+        denoise_channels(channels, surfaces, fast=True, own_means=True, out=channels)
 
 
 def _lamps(dataset: xr.Dataset) -> NDArray[np.bool_]:
@@ -147,36 +167,28 @@ def _lamps(dataset: xr.Dataset) -> NDArray[np.bool_]:
     height, width = dataset.sizes["y"], dataset.sizes["x"]
     if _SOURCE not in dataset["component"].values:
         return np.zeros((height, width), bool)
-    blocks = [values_of(dataset, "radiance", rows, _SOURCE).max(axis=2) > 0 for rows in strips(height)]
+    blocks = [values_of(dataset, "radiance", rows, _SOURCE).max(axis=2) > 0 for rows in strips(0, height)]
     return np.concatenate(blocks)
 
 
-def _with_own_means(noisy: Array, clean: Array) -> Array:
-    factors = [block_factors(noisy[..., n], clean[..., n]) for n in range(noisy.shape[2])]
-    return clean * np.stack(factors, axis=2)
-
-
-def _radiance(dataset: xr.Dataset, parts: dict[str, Picture], whole: Picture, pool: Executor) -> Array:
-    """All components: what was denoised adds up to the denoised total, the rest stays as it is."""
-    radiance = np.empty(dataset["radiance"].shape, np.float32)
+def _radiance(dataset: xr.Dataset, lit: dict[str, Picture], whole: Picture) -> Rows:
+    """What gives rows of all components: the denoised ones add up to the denoised total, the rest stays as it is."""
     names = [str(name) for name in dataset["component"].values]
-    lit = [name for name, part in parts.items() if part.noisy.any()]
 
-    def finish(rows: slice) -> None:
-        for number, name in enumerate(names):
-            radiance[number, rows] = values_of(dataset, "radiance", rows, name)
+    def finished(rows: slice) -> Array:
+        radiance = np.stack([values_of(dataset, "radiance", rows, name) for name in names])
         if lit:
             for y in range(rows.start, rows.stop):  # what stays in the caches
-                finish_row(slice(y, y + 1))
+                finish_row(slice(y, y + 1), radiance[:, y - rows.start, np.newaxis])
+        return radiance
 
-    def finish_row(row: slice) -> None:
-        done = [radiance[names.index(name), row] for name in lit]
+    def finish_row(row: slice, radiance: Array) -> None:
+        done = [radiance[names.index(name)] for name in lit]
         total = done[0].copy()
         for values in done[1:]:
             total += values
         for name, values in zip(lit, done, strict=True):
-            values[...] = parts[name].denoised(values, row)
+            values[...] = lit[name].denoised(values, row)
         shared_out(whole.denoised(total, row), done)
 
-    list(pool.map(finish, strips(dataset.sizes["y"])))
-    return radiance
+    return finished

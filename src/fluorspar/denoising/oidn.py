@@ -7,12 +7,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.denoising.windows import block_factors
+
 __all__ = ["denoise_channels"]
 
 Array = NDArray[np.float32]
 
+_MEGABYTES = 400  # that the network may take, for it takes more the larger the picture is
 
-def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, fast: bool = False) -> Array:
+
+def denoise_channels(
+    channels: Array,
+    surfaces: tuple[Array, Array] | None,
+    *,
+    fast: bool = False,
+    own_means: bool = False,
+    out: Array | None = None,
+) -> Array:
     """Denoise channels, three at a time.
 
     Parameters
@@ -23,18 +34,22 @@ def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, f
         Colours and normals of shape (Y, X, 3), see `seen_first`.
     fast : bool
         In half the time, and a little less well.
+    own_means : bool
+        Give blocks their own means again, as far as these are known, see `block_factors`.
+    out : ndarray of shape (Y, X, n), optional
+        Where the result goes, which may be `channels` itself. Default: a new array.
 
     Returns
     -------
     ndarray of shape (Y, X, n)
     """
-    import mitsuba_oidn as oidn
-
-    guides: dict[str, Any] = {} if surfaces is None else {"albedo": surfaces[0], "normal": surfaces[1]}
-    quality = oidn.Quality.Fast if fast else oidn.Quality.High
+    guides: dict[str, Any] = {}
+    if surfaces is not None:
+        of_surfaces = (np.ascontiguousarray(each, np.float32) for each in surfaces)
+        guides = dict(zip(("albedo", "normal"), of_surfaces, strict=True))
     count = channels.shape[2]
     calls = -(-count // 3)
-    out = np.empty_like(channels)
+    out = np.empty_like(channels) if out is None else out
     for call in range(calls):
         # 0, 2, 4 and 1, 3, 5: each three reach over all wavelengths, as those of a picture do
         taken = np.arange(call, count, calls)
@@ -42,7 +57,25 @@ def denoise_channels(channels: Array, surfaces: tuple[Array, Array] | None, *, f
         scale = np.maximum(part.mean(axis=(0, 1), dtype=np.float64), np.finfo(np.float32).tiny).astype(
             np.float32
         )
-        white = np.ascontiguousarray(part / scale)
-        clean = scale * oidn.denoise(white, hdr=True, quality=quality, **guides)
-        out[..., taken] = clean[..., : len(taken)]
+        clean = _picture(np.ascontiguousarray(part / scale), guides, fast)
+        clean *= scale
+        for n, denoised in zip(taken, np.moveaxis(clean, 2, 0), strict=False):
+            out[..., n] = denoised * block_factors(channels[..., n], denoised) if own_means else denoised
     return out
+
+
+def _picture(noisy: Array, guides: dict[str, Any], fast: bool) -> Array:
+    """Denoise three channels; on the processor tile by tile, where they are large, which changes no bit."""
+    import mitsuba_oidn as oidn
+
+    quality = oidn.Quality.Fast if fast else oidn.Quality.High
+    device = oidn.Device()
+    if device.type != oidn.DeviceType.CPU:
+        return np.array(oidn.denoise(noisy, hdr=True, quality=quality, **guides))
+    clean = np.empty_like(noisy)
+    tiled = device.new_filter("RT")
+    for name, image in ({"color": noisy, "output": clean} | guides).items():
+        tiled.set_image(name, image)
+    tiled.hdr, tiled.quality, tiled.max_memory_mb = True, quality, _MEGABYTES
+    tiled.execute()
+    return clean

@@ -30,21 +30,21 @@ class Picture:
 
     Attributes
     ----------
-    noisy : ndarray of shape (Y, X, n)
-        0 where nothing was rendered.
+    channels : ndarray of shape (Y, X, n)
+        Noisy at first; then those of the denoised image take their place. 0 where nothing was rendered.
+    ranges : ndarray of shape (N, n)
+        What they are of spectra, see `channel_ranges`.
     spectra : ndarray of shape (n, N)
         What goes with them, see `channel_spectra`.
-    clean : ndarray of shape (Y, X, n)
-        Those of the denoised image.
     """
 
-    noisy: Array
+    channels: Array
+    ranges: Array
     spectra: Array
-    clean: Array
 
     def denoised(self, radiance: Array, rows: slice) -> Array:
         """Denoise the spectra of some rows: what no channel holds becomes lighter or darker as they do."""
-        noisy, clean = self.noisy[rows], self.clean[rows]
+        noisy, clean = np.nan_to_num(radiance @ self.ranges), self.channels[rows]
         before, after = noisy.sum(axis=2, keepdims=True), clean.sum(axis=2, keepdims=True)
         factor = np.divide(after, before, out=np.ones_like(before), where=before > 0)
         np.minimum(factor, _MOST, out=factor)
@@ -53,9 +53,9 @@ class Picture:
         return np.asarray(spectra)
 
 
-def strips(height: int) -> list[slice]:
-    """Cut the rows of an image into strips."""
-    return [slice(first, min(first + _ROWS, height)) for first in range(0, height, _ROWS)]
+def strips(start: int, stop: int) -> list[slice]:
+    """Cut rows of an image into strips."""
+    return [slice(first, min(first + _ROWS, stop)) for first in range(start, stop, _ROWS)]
 
 
 def pictures_of(
@@ -76,7 +76,7 @@ def pictures_of(
     ranges = [channel_ranges(bands, counts[0])] * len(names) + [channel_ranges(bands, counts[1])]
     noisy = [np.empty((height, width, each.shape[1]), np.float32) for each in ranges]
 
-    every = max(1, len(strips(height)) // _LOOKED_AT)
+    every = max(1, len(strips(0, height)) // _LOOKED_AT)
 
     def read(rows: slice) -> list[NDArray[np.float64]]:
         light = np.zeros((rows.stop - rows.start, width, bands), np.float32)
@@ -91,10 +91,10 @@ def pictures_of(
                 moments.append(second_moment(values))
         return moments
 
-    looked_at = [of_strip for of_strip in pool.map(read, strips(height)) if of_strip]
+    looked_at = [of_strip for of_strip in pool.map(read, strips(0, height)) if of_strip]
     moments = [np.sum(parts, axis=0) for parts in zip(*looked_at, strict=True)]
     return [
-        Picture(channels, channel_spectra(of, moment), channels)
+        Picture(channels, of, channel_spectra(of, moment))
         for channels, of, moment in zip(noisy, ranges, moments, strict=True)
     ]
 
@@ -107,5 +107,5 @@ def channels_of_errors(dataset: xr.Dataset, variable: str, count: int, pool: Exe
     def read(rows: slice) -> None:
         channels[rows] = np.nan_to_num(values_of(dataset, variable, rows) @ ranges)
 
-    list(pool.map(read, strips(height)))
+    list(pool.map(read, strips(0, height)))
     return channels

@@ -137,7 +137,7 @@ def check_not_input(
         return
     for source in inputs:
         file = None if source is None else file_and_column(source)[0]
-        if file is not None and os.path.isfile(file) and file.samefile(target):
+        if file is not None and os.path.exists(file) and file.samefile(target):
             raise OptionError(message(fault, where=source, got=target, fix="name another file to write"))
 
 

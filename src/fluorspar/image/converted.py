@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import OptionError, message
 from fluorspar.image.components import TOTAL, select, sum_of
+from fluorspar.image.computed import computed
 from fluorspar.image.dataset import add_up, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import bands_of
@@ -47,11 +48,10 @@ def converted(
     Returns
     -------
     SpectralImage
-        In memory, unless nothing is to be done. The attribute `converted` says what was done, `components` what a
-        sum was made of. Standard errors
-        are kept where they are still right: those of components that are kept, one of which becomes the
-        total if it is all that is left, and those of the total with all components. Bands count as fully
-        correlated.
+        In memory if it has at most 1 GiB; a larger one reads `image` whenever it is used. The attribute `converted`
+        says what was done, `components` what a sum was made of. Standard errors are kept where they are still right:
+        those of components that are kept, one of which becomes the total if it is all that is left, and those of the
+        total with all components. Bands count as fully correlated.
 
     Raises
     ------
@@ -75,25 +75,22 @@ def converted(
     kept = select(component, image.components)
     if component is None:
         names = kept
-        layers = [on_grid(values_of(image.dataset, "radiance", component=name), False) for name in kept]
     else:
         names = kept if len(kept) == 1 and component == kept[0] else (TOTAL,)
-        layers = [on_grid(add_up(image.dataset, kept), False)]
         steps.append(f"{component} only")
+
+    def radiance(rows: slice) -> Values:
+        if component is not None:
+            return on_grid(add_up(image.dataset, kept, rows), False)[np.newaxis]
+        return np.stack([on_grid(values_of(image.dataset, "radiance", rows, name), False) for name in kept])
+
     attrs = image.attrs | (sum_of(kept) if names == (TOTAL,) else {})
     if steps:
         attrs["converted"] = "; ".join([attrs["converted"], *steps] if "converted" in attrs else steps)
     if bandwidth:
         attrs["bandwidth_nm"] = float(bandwidth)
-    error, of_components = _errors(image, component, kept, on_grid)
-    return SpectralImage.from_arrays(
-        np.stack(layers),
-        target.grid,
-        error,
-        attrs,
-        component_standard_error=of_components,
-        components=names,
-    )
+    variables = {"radiance": radiance} | _errors(image, component, kept, on_grid)
+    return SpectralImage(computed(variables, image.size, target.grid, attrs, names))
 
 
 def _bands(image: SpectralImage, wavelengths: Wavelengths | None, bandwidth: float) -> Bands:
@@ -135,20 +132,21 @@ def _errors(
     component: str | None,
     kept: tuple[str, ...],
     on_grid: Callable[[Values, bool], Values],
-) -> tuple[Values | None, Values | None]:
-    """Standard errors of the total and of the components that are left, None if not known."""
+) -> dict[str, Callable[[slice], Values]]:
+    """Standard errors, rows of them, of the total and of the components that are left, as far as they are known."""
     held = image.dataset
 
-    def of(variable: str, name: str | None = None) -> Values:
-        return on_grid(values_of(held, variable, component=name), True)
+    def of(variable: str, name: str | None = None) -> Callable[[slice], Values]:
+        return lambda rows: on_grid(values_of(held, variable, rows, name), True)
 
-    total = None
+    known = {}
     if kept == select(None, image.components) and "standard_error" in held:
-        total = of("standard_error")
+        known["standard_error"] = of("standard_error")
     elif kept == select(None, image.components) and "denoised_error" in held:
-        total = of("denoised_error")
+        known["standard_error"] = of("denoised_error")
     elif len(kept) == 1 and "component_standard_error" in held:
-        total = of("component_standard_error", kept[0])
-    if component is not None or "component_standard_error" not in held:
-        return total, None
-    return total, np.stack([of("component_standard_error", name) for name in kept])
+        known["standard_error"] = of("component_standard_error", kept[0])
+    if component is None and "component_standard_error" in held:
+        each = [of("component_standard_error", name) for name in kept]
+        known["component_standard_error"] = lambda rows: np.stack([one(rows) for one in each])
+    return known

@@ -10,7 +10,7 @@ __all__ = ["open"]
 
 
 def open(path: str | os.PathLike[str]) -> SpectralImage:
-    """Open an image file, as `SpectralImage.open` does: NetCDF, spectral EXR or ENVI.
+    """Open an image file, as `SpectralImage.open` does: NetCDF, Zarr, spectral EXR or ENVI.
 
     Parameters
     ----------

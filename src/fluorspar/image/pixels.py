@@ -17,6 +17,7 @@ from fluorspar.errors import FluorsparWarning, OptionError, RendererError, messa
 from fluorspar.files.run_journal import Left
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.formats.netcdf import NetcdfWriter
+from fluorspar.image.formats.zarr_writer import ZarrWriter
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -178,14 +179,14 @@ def check_streamed(path: str | os.PathLike[str]) -> None:
     Raises
     ------
     OptionError
-        If its suffix is not that of NetCDF.
+        If its suffix is not that of NetCDF or Zarr.
     """
-    if Path(path).suffix.lower() != ".nc":
+    if Path(path).suffix.lower() not in (".nc", ".zarr"):
         raise OptionError(
             message(
-                "an image can be streamed to NetCDF only",
+                "an image can be streamed to NetCDF or Zarr only",
                 got=Path(path).name,
-                expected="a name that ends in .nc",
+                expected="a name that ends in .nc or .zarr",
             )
         )
 
@@ -251,7 +252,7 @@ class PixelsInMemory:
 
 
 class PixelsInFile:
-    """A NetCDF file that is written while pixels come in, see `NetcdfWriter`.
+    """A NetCDF file or Zarr store that is written while pixels come in, see `NetcdfWriter` and `ZarrWriter`.
 
     Parameters
     ----------
@@ -281,9 +282,12 @@ class PixelsInFile:
         left: Left | None = None,
     ) -> None:
         check_streamed(path)
-        self._writer = NetcdfWriter(
-            path, grid, height, width, component_errors=component_errors, label=label, left=left
-        )
+        options: Any = {"component_errors": component_errors, "label": label}
+        self._writer: NetcdfWriter | ZarrWriter
+        if Path(path).suffix.lower() == ".zarr":
+            self._writer = ZarrWriter(path, grid, height, width, **options)
+        else:
+            self._writer = NetcdfWriter(path, grid, height, width, **options, left=left)
         self._bands, self._component_errors = len(grid), component_errors
         self._buffer = Pixels.empty(0, self._bands, component_errors)
         self._finished = FinishedPixels(grid, width, dark=left is None)

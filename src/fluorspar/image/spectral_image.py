@@ -42,7 +42,7 @@ _Choice = str | Iterable[str] | None
 class SpectralImage:
     """The radiance of every pixel at every wavelength, split into components.
 
-    An image opened from a NetCDF file stays in the file; methods read the rows and components they need.
+    An image opened from a NetCDF file or a Zarr store stays there; methods read the rows and components they need.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class SpectralImage:
     def open(
         cls, path: str | os.PathLike[str], *, channel_wavelengths: Sequence[float] | None = None
     ) -> SpectralImage:
-        """Open an image file: NetCDF (`.nc`, read when used), spectral EXR (`.exr`) or ENVI (`.hdr`, read at once).
+        """Open an image: NetCDF (`.nc`) or Zarr (`.zarr`), read when used, spectral EXR (`.exr`) or ENVI (`.hdr`).
 
         EXR files of other programs and ENVI files hold an image that is not split: its one component is `total`.
 
@@ -149,14 +149,14 @@ class SpectralImage:
         fluorspar.errors.ImageError: a spectral image cannot be read from this kind of file
           where:    room.png
           got:      .png
-          expected: .nc, .exr, .hdr
+          expected: .nc, .exr, .hdr, .zarr
         """
         from fluorspar.image.formats.registry import read_image
 
         return cls(read_image(path, channel_wavelengths))
 
     def save(self, path: str | os.PathLike[str], *, compress: bool = False) -> None:
-        """Write the image: `.nc` and `.exr` without loss, the total to `.hdr` (ENVI), its picture to `.png`.
+        """Write the image: `.nc`, `.zarr` and `.exr` without loss, the total to `.hdr` (ENVI), its picture to `.png`.
 
         Parameters
         ----------
@@ -470,14 +470,15 @@ class SpectralImage:
         SpectralImage
             Attribute `denoised` says how. In place of standard errors it has `denoised_error(y, x, wavelength)`, the
             estimated error of the total, which neighbouring pixels share, and `noisy_standard_error`, that of the
-            total before. Where it is dark, radiance may be slightly negative.
+            total before. Where it is dark, radiance may be slightly negative. An image of more than 1 GiB is not kept
+            in memory: it reads this one whenever it is used.
 
         Raises
         ------
         FluorsparError
             If the package is missing: `pip install "fluorspar[denoise]"`.
         ImageError
-            If the image is denoised already, or does not fit into memory.
+            If the image is denoised already.
         SceneError
             If the scene cannot be loaded.
 

@@ -47,7 +47,7 @@ def measure(
     Parameters
     ----------
     image : SpectralImage, str or path-like
-        A spectral image, or its file (`.nc`, `.exr`, `.hdr`).
+        A spectral image, or its file (`.nc`, `.exr`, `.hdr`, `.zarr`).
     points : sequence of Point, str or path-like
         P pixels, or positions on surfaces of the scene; or a points file, as `read_points` takes it.
     scene : Scene, str or Path, optional
@@ -105,7 +105,7 @@ def measure(
                     message(
                         "this is not a spectral image",
                         got=type(image).__name__,
-                        expected="a SpectralImage, or the path of one (.nc, .exr, .hdr)",
+                        expected="a SpectralImage, or the path of one (.nc, .exr, .hdr, .zarr)",
                     )
                 )
             title = title or text_of(image)

@@ -178,14 +178,18 @@ def _picture(workspace: Workspace, view: View, abandoned: threading.Event) -> Re
         view = view.model_copy(update={"coarse": False})  # it is there in full
     kept = workspace.image(view, abandoned)
     drawn = picture_of(kept, view, workspace.white(view))
-    facts = drawn.facts | {"coarse": view.coarse, "generation": kept.generation}
+    facts = drawn.facts | {
+        "coarse": view.coarse,
+        "generation": kept.generation,
+        "size": kept.whole.size,
+    }
     return Response(drawn.png, media_type="image/png", headers={"X-Fluorspar": json.dumps(plain(facts))})
 
 
 def _spectra(workspace: Workspace, view: View, pins: Sequence[Pin]) -> bytes:
     """The table of regions, of the whole image if there are none."""
     kept = workspace.image(view)
-    width, height = kept.image.size
+    width, height = kept.whole.size
     names = [pin.name for pin in pins]
     if twice := {name for name in names if names.count(name) > 1}:
         raise OptionError(message("two pins have the same name", got=", ".join(sorted(twice))))

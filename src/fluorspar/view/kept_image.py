@@ -29,6 +29,8 @@ class KeptImage:
         That of the source when it was made.
     made : bool
         Whether it was made for this; else somebody else has it, and it takes no memory.
+    whole : SpectralImage, optional
+        What `image` shows a part of, or some of its pixels; default: it is the whole.
 
     Attributes
     ----------
@@ -36,8 +38,16 @@ class KeptImage:
         What was warned of when it was made.
     """
 
-    def __init__(self, image: SpectralImage, generation: int = 0, *, made: bool = True) -> None:
+    def __init__(
+        self,
+        image: SpectralImage,
+        generation: int = 0,
+        *,
+        made: bool = True,
+        whole: SpectralImage | None = None,
+    ) -> None:
         self.image, self.generation, self.made = image, generation, made
+        self.whole = whole or image
         self.notes: tuple[str, ...] = ()
         self._xyz: dict[tuple[str, ...], Array] = {}
         self._exposures: dict[tuple[object, ...], float] = {}

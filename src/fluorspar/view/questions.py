@@ -102,6 +102,8 @@ class View(_Question):
     gamut: bool = False
     range: tuple[Finite, Finite] | None = None
     coarse: bool = False
+    window: Region | None = None
+    """Of a large image, what is to be seen of it."""
 
     def weight(self, component: str) -> float:
         """What a component is multiplied with."""

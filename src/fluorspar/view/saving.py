@@ -47,7 +47,7 @@ def written(kept: KeptImage, suffix: str) -> Path:
     folder = Path(tempfile.mkdtemp(prefix="fluorspar-"))
     file = folder / f"image.{suffix}"
     try:
-        write_image(kept.image.dataset, file)
+        write_image(kept.whole.dataset, file)
     except BaseException:
         rmtree(folder, ignore_errors=True)
         raise

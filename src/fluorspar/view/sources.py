@@ -11,10 +11,14 @@ from fluorspar.image.stated import unit_of_image
 from fluorspar.job import RenderJob
 from fluorspar.progress import Progress
 from fluorspar.view.kept_image import KeptImage
-from fluorspar.view.questions import Relight
+from fluorspar.view.questions import Region, Relight
 from fluorspar.view.turns import Turns
 
 __all__ = ["ImageSource", "Source", "component_facts"]
+
+
+_LARGE = 2048  # pixels of a side that are shown at once
+_OVERVIEW = 1024
 
 
 class Source(Protocol):
@@ -74,7 +78,37 @@ class ImageSource:
         """The image; what is to be changed is refused."""
         if not relight.is_nothing:
             _ = self.job
-        return KeptImage(self._image, made=False)
+        width, height = self._image.size
+        if max(width, height) <= _LARGE:
+            return KeptImage(self._image, made=False)
+        return self._shown((0, 0, width - 1, height - 1), _OVERVIEW)
+
+    def window(self, region: Region) -> KeptImage:
+        """A part of a large image, all of its pixels if they are not too many for a screen.
+
+        Raises
+        ------
+        OptionError
+            If it is not within the image.
+        """
+        (x0, y0, x1, y1), (width, height) = region, self._image.size
+        if not (0 <= x0 <= x1 < width and 0 <= y0 <= y1 < height):
+            expected = f"x0 <= x1 < {width}, y0 <= y1 < {height}"
+            raise OptionError(message("the window is outside the image", got=region, expected=expected))
+        return self._shown(region, _LARGE)
+
+    def _shown(self, region: Region, longest: int) -> KeptImage:
+        """Every pixel of a region, or every second, third, ... of its rows and columns."""
+        x0, y0, x1, y1 = region
+        every = -(-max(x1 + 1 - x0, y1 + 1 - y0) // longest)
+        part = self._image.dataset.isel(x=slice(x0, x1 + 1, every), y=slice(y0, y1 + 1, every))
+        kept = KeptImage(SpectralImage(part), made=False, whole=self._image)
+        if every > 1:
+            kept.notes = (
+                f"The image is large: of every {every} rows and columns one is shown, and counts for exposure, "
+                "shares and differences. Zoom in to see all; spectra and files are of all pixels.",
+            )
+        return kept
 
     def about(self) -> dict[str, Any]:
         """Facts of the image."""

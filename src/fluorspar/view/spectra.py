@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 def regions_of(kept: KeptImage, view: View, regions: Mapping[str, Region], title: str = "") -> PointSpectra:
     """Mean spectra of regions of a view, with its weights."""
-    return measure_regions(kept.image, regions, weights=view.weights, title=title)
+    return measure_regions(kept.whole, regions, weights=view.weights, title=title)
 
 
 def spectrum_of(kept: KeptImage, asked: SpectrumAsked, white: Array) -> dict[str, Any]:
@@ -38,7 +38,7 @@ def spectrum_of(kept: KeptImage, asked: SpectrumAsked, white: Array) -> dict[str
     white : ndarray of shape (3,)
         XYZ of the white of CIELAB where no reference region is given.
     """
-    image = kept.image
+    image = kept.whole
 
     def mean(region: Region, component: str | None = None) -> PointSpectra:
         name = "{}, {} to {}, {}".format(*region)

@@ -27,7 +27,7 @@ from fluorspar.view.pictures import exposure_of
 from fluorspar.view.questions import LightSetting, MatrixAsked, View, WhiteLight
 from fluorspar.view.relighting import light_of, relit_scene
 from fluorspar.view.scene_facts import material_on
-from fluorspar.view.sources import Source
+from fluorspar.view.sources import ImageSource, Source
 from fluorspar.view.supplies import Supplies
 from fluorspar.view.turns import Abandoned, Turns
 
@@ -107,7 +107,8 @@ class Workspace:
         """
         source = self.source(view.source)
         coarse = view.coarse and source.kind != "image"
-        key = (view.source, view.relight.key, str(coarse))
+        window = view.window if isinstance(source, ImageSource) else None
+        key = (view.source, view.relight.key, str(coarse), str(window))
 
         def progress(done: int, whole: int) -> None:
             if self._closed.is_set() or (abandoned is not None and abandoned.is_set()):
@@ -118,8 +119,11 @@ class Workspace:
             if kept is not None and kept.generation == source.generation:
                 return kept
             with heard() as texts:
-                made = source.image(view.relight, coarse, progress)
-            made.notes = tuple(texts)
+                if isinstance(source, ImageSource) and window is not None:
+                    made = source.window(window)
+                else:
+                    made = source.image(view.relight, coarse, progress)
+            made.notes += tuple(texts)
             return self._cache.put(key, made)
 
     def white(self, view: View) -> Array | None:

@@ -10,11 +10,13 @@ from fluorspar.image.formats.registry import SUFFIXES, SUFFIXES_WRITTEN, read_im
 
 @pytest.mark.parametrize("suffix", SUFFIXES_WRITTEN)
 def test_files_are_those_that_an_image_saves(image, tmp_path, suffix):
+    if suffix == ".zarr":
+        pytest.importorskip("zarr")
     image.save(tmp_path / f"saved{suffix}")
     write_image(image.dataset, tmp_path / f"written{suffix}")
     saved = [file for file in tmp_path.iterdir() if file.stem == "saved" and file.suffix != ".hdr"]
     for file in saved:  # a header names its data file
-        if suffix not in (".exr", ".nc"):
+        if suffix not in (".exr", ".nc", ".zarr"):
             assert file.read_bytes() == file.with_stem("written").read_bytes()
     assert saved
     if suffix in SUFFIXES:

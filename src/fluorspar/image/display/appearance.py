@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -25,6 +25,7 @@ __all__ = ["Appearance", "appearance", "auto_exposure", "linear_srgb", "show", "
 
 _LOG = logging.getLogger(__name__)
 _WHITE_PERCENTILE = 99.0
+_AT_ONCE = 2**21  # numbers
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,9 @@ class Appearance:
     @property
     def bytes(self) -> NDArray[np.uint8]:
         """The picture in 8 bits, ndarray of shape (Y, X, 3); dark grey where nothing was rendered."""
-        return np.asarray(np.nan_to_num(self.rgb, nan=0.2) * 255 + 0.5, np.uint8)
+        return np.concatenate(
+            [np.asarray(np.nan_to_num(part, nan=0.2) * 255 + 0.5, np.uint8) for part in _parts(self.rgb)]
+        )
 
 
 def xyz_of(dataset: xr.Dataset, components: Sequence[str], observer: str = CIE_1931) -> NDArray[np.float64]:
@@ -110,9 +113,16 @@ def auto_exposure(xyz: NDArray[np.floating]) -> float:
     if not lit.size:
         return 1.0
     dim = 1e-3 / float(lit[:, 1].max())  # dark enough that nothing is brighter than white
-    rgb, _ = srgb_from_xyz(lit, dim)
-    white = float(np.percentile(linear_srgb(rgb).max(axis=-1), _WHITE_PERCENTILE))
+    brightest = [linear_srgb(srgb_from_xyz(part, dim)[0]).max(axis=-1) for part in _parts(lit)]
+    white = float(np.percentile(np.concatenate(brightest), _WHITE_PERCENTILE))
     return dim / white
+
+
+def _parts(values: NDArray[np.floating]) -> Iterator[NDArray[np.floating]]:
+    """Parts of an array, for what takes several times its memory."""
+    count = max(_AT_ONCE * len(values) // max(values.size, 1), 1)
+    for first in range(0, len(values), count):
+        yield values[first : first + count]
 
 
 def linear_srgb(rgb: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -150,11 +160,15 @@ def show(xyz: NDArray[np.floating], exposure: float) -> Appearance:
     >>> show(np.full((1, 1, 3), 200.0) * [0.9505, 1.0, 1.089], exposure=1 / 200).bytes
     array([[[255, 255, 255]]], dtype=uint8)
     """
-    missing = ~np.isfinite(xyz).all(axis=-1)
-    encoded, out_of_gamut = srgb_from_xyz(np.where(missing[..., np.newaxis], 0.0, xyz), exposure)
-    rgb = encoded.astype(np.float32)
-    rgb[missing] = np.nan
-    return Appearance(rgb, float(exposure), float(out_of_gamut))
+    rgb, changed = np.empty(xyz.shape, np.float32), 0.0
+    done = 0
+    for part in _parts(xyz):
+        missing = ~np.isfinite(part).all(axis=-1)
+        encoded, out_of_gamut = srgb_from_xyz(np.where(missing[..., np.newaxis], 0.0, part), exposure)
+        encoded[missing] = np.nan
+        rgb[done : done + len(part)] = encoded
+        done, changed = done + len(part), changed + out_of_gamut * len(part)
+    return Appearance(rgb, float(exposure), changed / max(done, 1))
 
 
 def appearance(

@@ -16,7 +16,7 @@ from fluorspar.files.memory import check_memory
 from fluorspar.files.names import check_source, text_of
 from fluorspar.files.writing import check_target, replacing, undisturbed
 from fluorspar.image.components import TOTAL, select, sum_of
-from fluorspar.image.dataset import add_up, grid_of, make_dataset, names_of
+from fluorspar.image.dataset import add_up, grid_of, make_dataset, names_of, row_blocks
 from fluorspar.image.formats.envi_header import (
     bandwidth,
     good_bands,
@@ -68,10 +68,11 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     data = check_data_target(path, count := 4 * dataset["radiance"][0].size)
     names = names_of(dataset)
     with undisturbed(), replacing(data, count) as new_data, replacing(header) as new_header:
-        values = np.asarray(add_up(dataset, select(None, names)), "<f4")
         with new_data.open("wb") as stream:
-            stream.writelines(row.data for row in values)  # numpy's own way does not tell why it fails
-        layout = laid_out_as(values.shape)
+            for rows in row_blocks(dataset):
+                # numpy's own way does not tell why it fails
+                stream.write(np.asarray(add_up(dataset, select(None, names), rows), "<f4").data)
+        layout = laid_out_as(dataset["radiance"].shape[1:])
         envi.write_envi_header(
             str(new_header), layout | header_of(dataset.attrs | sum_of(names), grid_of(dataset))
         )

@@ -9,7 +9,9 @@ program that knows the layout reads the total.
 from __future__ import annotations
 
 import json
+import math
 import os
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,7 +25,16 @@ from fluorspar.files.memory import check_memory
 from fluorspar.files.names import check_source, encodable
 from fluorspar.files.writing import check_target, replacing
 from fluorspar.image.components import COMPONENTS, TOTAL
-from fluorspar.image.dataset import VARIABLES, add_up, grid_of, make_dataset, names_of, plain_attrs, values_of
+from fluorspar.image.dataset import (
+    VARIABLES,
+    add_up,
+    grid_of,
+    make_dataset,
+    names_of,
+    plain_attrs,
+    row_blocks,
+    values_of,
+)
 from fluorspar.image.display.appearance import appearance, linear_srgb
 from fluorspar.image.formats.exr_units import channel_kind, emissive_units
 from fluorspar.image.formats.foreign_exr import foreign_dataset, stated_already
@@ -38,6 +49,7 @@ __all__ = ["channel_name", "read_exr", "write_exr"]
 _LAYOUT_VERSION = "1.0"
 _ATTRIBUTE = "fluorspar"
 _MAGIC = b"\x76\x2f\x31\x01"
+_LARGEST_KEPT = 2**30  # bytes of planes that are gathered in memory
 _ROWS = 16  # rows transposed at a time: what fits into the cache
 
 
@@ -98,18 +110,31 @@ def write_exr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     kind = channel_kind(dataset.attrs)
     preview, exposure = _preview(dataset)
     first = {**header, "EV": float(np.log2(exposure)), _ATTRIBUTE: json.dumps(described, ensure_ascii=False)}
-    channels = _spectral_channels(grid, add_up(dataset, names_of(dataset)), kind)
-    parts = [OpenEXR.Part(first, {**channels, **preview}, TOTAL)]
-    for name, variable, component in _parts(dataset):
-        values = values_of(dataset, variable, component=component)
-        parts.append(OpenEXR.Part(dict(header), _spectral_channels(grid, values, kind), name))
-    with (
-        replacing(path) as temporary,
-        encodable(temporary) as name,
-        _all_cores(),
-        OpenEXR.File(parts) as file,
-    ):
-        file.write(name)
+    names = [channel_name(wavelength, kind) for wavelength in grid.values]
+    layers = [(TOTAL, "", None), *_parts(dataset)]
+    height, width = dataset.sizes["y"], dataset.sizes["x"]
+    with replacing(path) as temporary:
+        planes = _room((len(layers), len(grid), height, width), path.parent)
+        for rows in row_blocks(dataset):
+            for layer, (_, variable, component) in zip(planes, layers, strict=True):
+                values = (
+                    values_of(dataset, variable, rows, component)
+                    if variable
+                    else add_up(dataset, names_of(dataset), rows)
+                )
+                for few in _row_blocks(len(values)):
+                    place = slice(rows.start + few.start, rows.start + few.stop)
+                    layer[:, place] = np.moveaxis(values[few], -1, 0)
+        parts = [
+            OpenEXR.Part(
+                {**header, **(first if name == TOTAL else {})},
+                {**dict(zip(names, layer, strict=True)), **(preview if name == TOTAL else {})},
+                name,
+            )
+            for layer, (name, _, _) in zip(planes, layers, strict=True)
+        ]
+        with encodable(temporary) as file_name, _all_cores(), OpenEXR.File(parts) as file:
+            file.write(file_name)
 
 
 def read_exr(path: str | os.PathLike[str], channel_wavelengths: Sequence[float] | None = None) -> xr.Dataset:
@@ -241,16 +266,19 @@ def _parts(dataset: xr.Dataset) -> Iterator[tuple[str, str, str | None]]:
                 )
 
 
-def _spectral_channels(
-    grid: Wavelengths, values: NDArray[np.float32], kind: str
-) -> dict[str, NDArray[np.float32]]:
-    """One contiguous array a wavelength: OpenEXR reads strided ones wrongly."""
-    planes = np.empty((len(grid), *values.shape[:2]), np.float32)
-    for rows in _row_blocks(len(values)):
-        planes[:, rows] = np.moveaxis(values[rows], -1, 0)
-    return {
-        channel_name(wavelength, kind): plane for wavelength, plane in zip(grid.values, planes, strict=True)
-    }
+def _room(shape: tuple[int, ...], folder: Path) -> NDArray[np.float32]:
+    """An array for all planes, which OpenEXR wants at once and contiguous; a large one lies in a file without name."""
+    size = 4 * math.prod(shape)
+    if size <= _LARGEST_KEPT:
+        return np.empty(shape, np.float32)
+    with tempfile.TemporaryFile(dir=folder) as scratch:
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(
+                scratch.fileno(), 0, size
+            )  # a full disk is to be an error here, no crash later
+        else:
+            scratch.truncate(size)
+        return np.memmap(scratch, np.float32, "r+", shape=shape)
 
 
 def _row_blocks(height: int) -> Iterator[slice]:

@@ -21,6 +21,7 @@ FORMATS = {
     ".nc": Format("NetCDF", f"{_HERE}.netcdf:read_netcdf", f"{_HERE}.netcdf:write_netcdf"),
     ".exr": Format("spectral EXR", f"{_HERE}.exr:read_exr", f"{_HERE}.exr:write_exr"),
     ".hdr": Format("ENVI", f"{_HERE}.envi:read_envi", f"{_HERE}.envi:write_envi"),
+    ".zarr": Format("Zarr", f"{_HERE}.zarr:read_zarr", f"{_HERE}.zarr:write_zarr"),
     ".png": Format("PNG picture", writer="fluorspar.image.display.picture:write_png"),
 }
 """The formats by suffix; a reader takes a path, a writer a data set and a path."""

@@ -1,5 +1,7 @@
 // What the server is asked. Addresses are relative: the token in front of them never appears in a script.
 
+import { Shown } from "./shown.js";
+
 /** The server refused; `message` is its own text. */
 export class Refused extends Error {
   constructor(message, status) {
@@ -66,7 +68,7 @@ export const command = (view) => answer("command", view);
 export async function picture(view) {
   const response = await post("picture", view);
   const facts = JSON.parse(response.headers.get("X-Fluorspar") || "{}");
-  return { bitmap: await createImageBitmap(await response.blob()), facts };
+  return { picture: new Shown(await createImageBitmap(await response.blob()), facts.size), facts };
 }
 
 /** The table of pins as text. */

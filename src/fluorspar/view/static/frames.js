@@ -2,6 +2,9 @@
 
 import * as api from "./api.js";
 import { latest } from "./latest.js";
+import { Shown } from "./shown.js";
+
+const REST = 150; // ms that a picture must not move before its details are asked for
 
 /**
  * B looks as A does, with its own source, light and weights. `shown`: facts of A's picture, for B is seen at the same
@@ -13,16 +16,16 @@ export function viewOfOther({ view, other }, shown = {}) {
   return { ...view, source, relight, weights, white, exposure: shown.exposure ?? view.exposure };
 }
 
-async function decoded(address) {
+async function decoded(address, { width, height }) {
   const image = new Image();
   image.src = address;
   await image.decode();
-  return image;
+  return new Shown(await createImageBitmap(image), [width, height]);
 }
 
 /** Says "change" when there is something new to draw, "work" when it begins or ends asking. */
 export class Frames extends EventTarget {
-  a = null; // {bitmap, facts, source, mode}
+  a = null; // {picture, facts, source, mode, view}
   b = null;
   difference = null; // {image, facts}
   error = null; // the server's words on what could not be drawn
@@ -31,6 +34,8 @@ export class Frames extends EventTarget {
   #about;
   #store;
   #ask = latest(() => this.#update());
+  #rest = null; // timer
+  #detail = latest((region, scale) => this.#details(region, scale));
 
   constructor(store, about) {
     super();
@@ -92,8 +97,8 @@ export class Frames extends EventTarget {
     const { source, mode } = view;
     try {
       const answer = await api.picture(view);
-      this[name]?.bitmap.close();
-      this[name] = { ...answer, source, mode };
+      this[name]?.picture.close();
+      this[name] = { ...answer, source, mode, view };
     } catch (error) {
       const old = this[name];
       if (old && (old.source !== source || old.mode !== mode)) this[name] = this.#keys[name] = null; // it shows something else
@@ -103,13 +108,40 @@ export class Frames extends EventTarget {
     this.#tell("change");
   }
 
+  /** The stage shows this region of the picture at this scale. */
+  look(region, scale) {
+    clearTimeout(this.#rest);
+    if (this.#lacking(region, scale).length) this.#rest = setTimeout(() => this.#detail(region, scale), REST);
+  }
+
+  #lacking(region, scale) {
+    return [this.a, this.b].filter((frame) => frame && !frame.view.coarse && !frame.picture.covers(region, scale));
+  }
+
+  async #details(region, scale) {
+    for (const frame of this.#lacking(region, scale)) {
+      const { picture, facts, view } = frame;
+      const window = picture.within(region);
+      try {
+        // as bright, or coloured, as the whole
+        const part = await api.picture({ ...view, window, exposure: facts.exposure ?? view.exposure, range: facts.range ?? view.range });
+        picture.detail?.bitmap.close();
+        picture.detail = { bitmap: part.picture.bitmap, region: window };
+      } catch (error) {
+        if (!(error instanceof api.Refused)) throw error; // there is the whole, less sharp
+        return;
+      }
+    }
+    this.#tell("detail");
+  }
+
   async #map(state) {
     const views = [state.view, state.other].map(({ source, relight, weights }) => ({ source, relight, weights }));
     const key = this.#isNew("difference", ...views);
     if (!key) return;
     try {
       const facts = await api.compare(...views);
-      this.difference = { image: await decoded(facts.png), facts };
+      this.difference = { image: await decoded(facts.png, this.a.picture), facts };
     } catch (error) {
       // pictures of two sizes can still be looked at side by side
       if (!(error instanceof api.Refused)) throw error;

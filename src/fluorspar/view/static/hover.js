@@ -6,10 +6,10 @@ import { latest } from "./latest.js";
 import { luminanceUnit, shown } from "./numbers.js";
 
 /** The 8-bit sRGB of one pixel of a picture. */
-function shownColour(bitmap, { x, y }) {
+function shownColour(picture, { x, y }) {
   const canvas = new OffscreenCanvas(1, 1);
   const context = canvas.getContext("2d");
-  context.drawImage(bitmap, -x, -y);
+  picture.draw(context, -x, -y, 1);
   return [...context.getImageData(0, 0, 1, 1).data.slice(0, 3)];
 }
 
@@ -44,7 +44,7 @@ export class Hovered extends EventTarget {
       }
       const { state } = store;
       const frame = pixel.side === "b" ? frames.b : frames.a;
-      const colour = frame ? `   sRGB ${shownColour(frame.bitmap, pixel).join(" ")}` : "";
+      const colour = frame ? `   sRGB ${shownColour(frame.picture, pixel).join(" ")}` : "";
       const side = state.other ? `${pixel.side.toUpperCase()}   ` : "";
       const numbers = spectrum ? `   ${shown(spectrum.luminance)} ${luminanceUnit(spectrum.unit)}   x ${shown(spectrum.xy[0], 3)}  y ${shown(spectrum.xy[1], 3)}` : "";
       output.textContent = `${side}x ${pixel.x}  y ${pixel.y}${numbers}${colour}`;

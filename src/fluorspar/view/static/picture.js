@@ -9,7 +9,7 @@ function pixels(context, picture, viewport) {
   const { left, top, scale } = viewport;
   context.imageSmoothingEnabled = scale < SMOOTH_BELOW;
   context.imageSmoothingQuality = "high";
-  context.drawImage(picture, left, top, picture.width * scale, picture.height * scale);
+  picture.draw(context, left, top, scale);
 }
 
 function grid(context, picture, viewport, room) {

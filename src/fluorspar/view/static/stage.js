@@ -46,6 +46,7 @@ export class Stage extends EventTarget {
       this.#fault.hidden = !frames.error;
       this.#redraw();
     });
+    frames.addEventListener("detail", () => this.#redraw());
     store.watch(
       ({ pins, active, layout, other }) => [pins, active, layout, other],
       ([, , layout, other]) => {
@@ -75,7 +76,7 @@ export class Stage extends EventTarget {
   }
 
   get #picture() {
-    return this.#frames.a?.bitmap ?? null;
+    return this.#frames.a?.picture ?? null;
   }
 
   get scale() {
@@ -140,14 +141,25 @@ export class Stage extends EventTarget {
     this.#waits = true;
     requestAnimationFrame(() => {
       this.#waits = false;
+      this.#look();
       const { pins, active } = this.#store.state;
       draw(this.#canvas, this.#panes(), this.#viewport, { pins, active, draft: this.#draft, cursor: this.#cursor });
     });
   }
 
+  /** Of a large image, asks for what there is to see of the part that is on the screen. */
+  #look() {
+    if (!this.#picture) return;
+    const { width, height } = this.#room;
+    const { width: w, height: v } = this.#picture;
+    const [from, to] = [this.#viewport.pixel({ x: 0, y: 0 }), this.#viewport.pixel({ x: width, y: height })];
+    const region = [clamp(from.x, 0, w - 1), clamp(from.y, 0, v - 1), clamp(to.x, 0, w - 1), clamp(to.y, 0, v - 1)];
+    this.#frames.look(region, this.scale * (window.devicePixelRatio || 1));
+  }
+
   #panes() {
     const { width } = this.#size;
-    const [a, b] = [this.#picture, this.#frames.b?.bitmap];
+    const [a, b] = [this.#picture, this.#frames.b?.picture];
     const at = Math.round(width * (this.#layout === "slider" ? this.#divider.share : 0.5));
     const one = (picture) => [{ picture, left: 0, right: width, shift: 0 }];
     if (this.#layout === "single") return one(a);

@@ -1,0 +1,330 @@
+"""Write a spectral image to a Zarr store while it is being rendered, in bounded memory."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import ImageError, message
+from fluorspar.files.folders import TemporaryFolder, check_folder
+from fluorspar.files.writing import undisturbed, write_error
+from fluorspar.image.components import COMPONENTS
+from fluorspar.image.dataset import VARIABLES, plain_attrs
+from fluorspar.image.formats.zarr_layout import check_extra, chunk_shape, create, describe, is_store, put
+from fluorspar.spectral.wavelengths import Wavelengths
+
+__all__ = ["ZarrWriter"]
+
+_BUFFER_BYTES = 192 * 2**20  # rows of chunks held until they are whole
+
+
+class _Block:
+    """A row of chunks of all variables that is being filled pixel by pixel."""
+
+    def __init__(self, shapes: Mapping[str, tuple[int, ...]], pixels: int) -> None:
+        self.arrays = {name: np.empty(shape, np.float32) for name, shape in shapes.items()}
+        self.known = np.zeros(pixels, bool)
+
+
+class ZarrWriter:
+    """Write a spectral image to a Zarr store while it is being rendered; it can be read meanwhile.
+
+    If there is no store of that name yet, the new one has it from the start; what is not finished is NaN, and the
+    attribute `partial` is 1 until it is closed. An older store of the name is as it was until then. Leaving the
+    `with` block through an exception removes the new one; to keep what was finished, call `close(partial=True)`
+    before.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The store to be written or replaced, a folder.
+    wavelengths : Wavelengths
+        The N wavelengths.
+    height, width : int
+        Size of the image in pixels.
+    attrs : mapping, optional
+        Attributes of the data set.
+    component_errors : bool
+        Whether the standard errors of the components will be given too.
+    components : sequence of str
+        The C components.
+    label : mapping, optional
+        What is written, in words and digests: attribute `fingerprint` from the start, so that it can be gone on with.
+
+    Raises
+    ------
+    FluorsparError
+        If the package `zarr` is missing.
+    ImageError
+        If the store cannot be written. This is found out before anything is rendered.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from fluorspar.image.formats.zarr import read_zarr
+    >>> path = os.path.join(tempfile.mkdtemp(), "room.zarr")
+    >>> with ZarrWriter(path, Wavelengths(), height=2, width=3, attrs={"spp": 16}) as writer:
+    ...     for first_pixel in (0, 2, 4):
+    ...         writer.write_pixels(first_pixel, np.ones((2, 7, 69)), np.zeros((2, 69)))
+    >>> read_zarr(path).radiance.shape
+    (7, 2, 3, 69)
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        wavelengths: Wavelengths,
+        height: int,
+        width: int,
+        attrs: Mapping[str, Any] | None = None,
+        component_errors: bool = False,
+        *,
+        components: Sequence[str] = COMPONENTS,
+        label: Mapping[str, str] | None = None,
+    ) -> None:
+        check_extra()
+        self.wavelengths = wavelengths
+        self.height, self.width = height, width
+        self.attrs = plain_attrs(attrs or {})
+        self._variables = [
+            name
+            for name in ("radiance", "standard_error", "component_standard_error")
+            if component_errors or name != "component_standard_error"
+        ]
+        self._layers = {
+            name: len(components) if "component" in VARIABLES[name][1] else 1 for name in self._variables
+        }
+        self._rows, _ = chunk_shape(height, width, len(wavelengths))
+        block_bytes = 4 * len(wavelengths) * sum(self._layers.values()) * self._rows * width
+        self._held = max(_BUFFER_BYTES // block_bytes, 2)
+        self._blocks: dict[int, _Block] = {}  # in the order of their last use
+        self._spilled: dict[int, NDArray[np.bool_]] = {}
+        self._spare: list[_Block] = []
+        self._known = np.zeros(height * width, bool)
+        self.path = check_folder(path, is_store, "Zarr store")
+        self._open = True
+        try:
+            self._temporary = TemporaryFolder(self.path, in_place=True)
+        except OSError as err:
+            raise write_error(self.path, err) from err
+        with self._step():
+            self._group = create(
+                self._temporary.path,
+                wavelengths,
+                components,
+                height,
+                width,
+                self._variables,
+                {**self.attrs, "fingerprint": label and dict(label), "partial": 1},
+            )
+
+    def __enter__(self) -> ZarrWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self.discard()
+        elif self._open:
+            self.close()
+
+    @property
+    def finished_pixels(self) -> int:
+        """How many pixels have been written."""
+        return int(np.count_nonzero(self._known))
+
+    def has(self, first_pixel: int, count: int) -> bool:
+        """Whether pixels have been written."""
+        return bool(self._known[first_pixel : first_pixel + count].all())
+
+    def read_pixels(self, variable: str, first_pixel: int, count: int) -> NDArray[np.float32]:
+        """Read pixels that have been written.
+
+        Returns
+        -------
+        ndarray of shape (C or 1, count, N)
+        """
+        parts = []
+        with self._step():
+            for number, start, stop in self._pieces(first_pixel, count):
+                block = self._blocks.get(number)
+                values = self._stored(variable, number) if block is None else block.arrays[variable]
+                parts.append(values[:, start:stop])
+        return np.concatenate(parts, axis=1)
+
+    def write_pixels(
+        self,
+        first_pixel: int,
+        radiance: NDArray[np.floating],
+        standard_error: NDArray[np.floating],
+        component_standard_error: NDArray[np.floating] | None = None,
+    ) -> None:
+        """Write consecutive pixels, numbered row by row from the top left.
+
+        Parameters
+        ----------
+        first_pixel : int
+            Number of the first pixel, y * width + x. Pixels may come in any order.
+        radiance : ndarray of shape (n, C, N)
+            W m-2 sr-1 nm-1.
+        standard_error : ndarray of shape (n, N)
+            Of the total.
+        component_standard_error : ndarray of shape (n, C, N), optional
+            Of the components, if they were announced.
+
+        Raises
+        ------
+        ImageError
+            If the pixels are not in the image, a shape does not fit, or the disk is full.
+        """
+        given = {
+            "radiance": radiance,
+            "standard_error": standard_error[:, np.newaxis],
+            "component_standard_error": component_standard_error,
+        }
+        count = len(radiance)
+        self._check(first_pixel, count, given)
+        with self._step():
+            done = 0
+            for number, start, stop in self._pieces(first_pixel, count):
+                block = self._block(number)
+                for name in self._variables:
+                    pixels = given[name][done : done + stop - start]  # type: ignore[index]
+                    block.arrays[name][:, start:stop] = pixels.swapaxes(0, 1)
+                block.known[start:stop] = True
+                done += stop - start
+                if block.known[: self._pixels_in(number)].all():
+                    self._flush(number)
+            self._known[first_pixel : first_pixel + count] = True
+
+    def close(self, partial: bool = False, attrs: Mapping[str, Any] | None = None) -> None:
+        """Complete the store and give it its name.
+
+        Parameters
+        ----------
+        partial : bool
+            Mark the image as unfinished, with the attribute `partial` = 1. That is done anyway if pixels are
+            missing; those are NaN.
+        attrs : mapping, optional
+            More attributes, such as the timings.
+
+        Raises
+        ------
+        ImageError
+            If the disk is full.
+        """
+        if not self._open:
+            raise ImageError(message("the store is closed already", where=self.path))
+        with self._step():
+            self.attrs.update(attrs or {})
+            if partial or not self._known.all():
+                self.attrs["partial"] = 1
+            for number in list(self._blocks):
+                self._flush(number)
+            describe(self._group, self.attrs)
+            self._temporary.keep()
+            self._open = False
+
+    def discard(self) -> None:
+        """Remove what was written; an older store of the name stays as it was."""
+        self._open = False
+        self._temporary.drop()
+        self._blocks.clear()
+
+    @contextmanager
+    def _step(self) -> Iterator[None]:
+        """Do something to the store whole, whatever Ctrl-C says, or give the store up."""
+        with undisturbed():
+            try:
+                yield
+            except (OSError, RuntimeError) as err:
+                self.discard()
+                raise write_error(self.path, err) from err
+            except BaseException:
+                self.discard()
+                raise
+
+    def _check(self, first_pixel: int, count: int, given: Mapping[str, NDArray[np.floating] | None]) -> None:
+        for name, array in given.items():
+            wanted = (count, self._layers[name], len(self.wavelengths)) if name in self._layers else None
+            got = None if array is None else array.shape
+            if got != wanted:
+                raise ImageError(
+                    message(
+                        "pixels have the wrong shape",
+                        where=name,
+                        got=got or "none",
+                        expected=wanted or "none",
+                    )
+                )
+        if not self._open or first_pixel < 0 or first_pixel + count > self.height * self.width:
+            raise ImageError(
+                message(
+                    "pixels lie outside the image" if self._open else "the store is closed",
+                    where=self.path,
+                    got=f"pixels {first_pixel} to {first_pixel + count - 1}",
+                    expected=f"0 to {self.height * self.width - 1}",
+                )
+            )
+
+    def _pieces(self, first_pixel: int, count: int) -> Iterator[tuple[int, int, int]]:
+        """Cut a run of pixels at the ends of blocks: the number of each block, and first and last pixel in it."""
+        done, whole = 0, self._rows * self.width
+        while done < count:
+            number, start = divmod(first_pixel + done, whole)
+            stop = min(start + count - done, whole)
+            yield number, start, stop
+            done += stop - start
+
+    def _pixels_in(self, number: int) -> int:
+        return min(self._rows, self.height - number * self._rows) * self.width
+
+    def _block(self, number: int) -> _Block:
+        """Fetch a block and move it to the end of the line; the first in line goes if there are too many."""
+        block = self._blocks.pop(number, None)
+        if block is None:
+            while len(self._blocks) >= self._held:
+                self._flush(next(iter(self._blocks)))
+            pixels = self._rows * self.width
+            shapes = {name: (count, pixels, len(self.wavelengths)) for name, count in self._layers.items()}
+            block = self._spare.pop() if self._spare else _Block(shapes, pixels)
+            block.known[:] = False
+            if number in self._spilled:
+                self._reload(number, block)
+        self._blocks[number] = block
+        return block
+
+    def _flush(self, number: int) -> None:
+        """Write a block to the store; one with gaps is remembered, to be completed later."""
+        block = self._blocks.pop(number)
+        pixels = self._pixels_in(number)
+        gaps = ~block.known[:pixels]
+        if gaps.any():
+            self._spilled[number] = block.known.copy()
+        for name, array in block.arrays.items():
+            if gaps.any():
+                array[:, :pixels][:, gaps] = np.nan
+            for layer, values in enumerate(array):
+                component = layer if "component" in VARIABLES[name][1] else None
+                rows = values[:pixels].reshape(-1, self.width, len(self.wavelengths))
+                put(self._group[name], component, number * self._rows, rows)
+        self._spare = [block]
+
+    def _reload(self, number: int, block: _Block) -> None:
+        block.known[:] = self._spilled.pop(number)
+        pixels = self._pixels_in(number)
+        for name, array in block.arrays.items():
+            array[:, :pixels] = self._stored(name, number)
+
+    def _stored(self, name: str, number: int) -> NDArray[np.float32]:
+        """Read a block from the store, ndarray of shape (C or 1, pixels, N)."""
+        rows = slice(number * self._rows, min((number + 1) * self._rows, self.height))
+        values: NDArray[np.float32] = self._group[name][..., rows, :, :]
+        return values.reshape(self._layers[name], self._pixels_in(number), -1)
