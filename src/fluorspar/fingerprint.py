@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -47,14 +48,13 @@ def fingerprint(job: RenderJob) -> dict[str, str] | None:
     parts = {
         "Fluorspar": __version__,
         "Mitsuba": version("mitsuba"),
-        "method": job.method,
         "variant": job.variant,
         "size": f"{settings.width} x {settings.height}",
         "samples": str(settings.spp),
         "max_depth": str(settings.max_depth),
         "rr_depth": str(settings.rr_depth),
-        "wavelengths": str(job.grid),
-        "excitation": f"from {computed.start:g} nm",
+        "wavelengths": ":".join(f"{each:.12g}" for each in (job.grid.start, job.grid.stop, job.grid.step)),
+        "excitation": f"from {computed.start:.12g} nm",
         **of_sweep(job),
         "seed": str(job.seed),
         "pass": str(job.stream + 1),
@@ -63,15 +63,9 @@ def fingerprint(job: RenderJob) -> dict[str, str] | None:
     parts |= _digests("file", scene.files)
     parts |= _digests("material", [(each.name, _digest(to_record(each))) for each in scene.materials])
     parts |= _digests("light", [(light.name, _digest(to_record(light))) for light in scene.lights])
-    recipe, options = scene.recipe, vars(job.options) if job.options is not None else {}
+    recipe = scene.recipe
     source = recipe.source if isinstance(recipe.source, dict) else None
-    rest = [
-        source,
-        recipe.matte,
-        recipe.sensor,
-        to_record([scene.surfaces, scene.lobes]),
-        sorted(options.items()),
-    ]
+    rest = [source, recipe.matte, recipe.sensor, to_record([scene.surfaces, scene.lobes])]
     parts["rest of the scene"] = _digest(rest)
     return parts
 
@@ -118,9 +112,7 @@ def _digests(kind: str, named: Sequence[tuple[str, str]]) -> dict[str, str]:
 
 def _parameters(parameters: Mapping[str, str]) -> dict[str, str]:
     """Without the folders of files, whose content counts."""
-    return {
-        name: Path(value).name if Path(value).is_absolute() else value for name, value in parameters.items()
-    }
+    return {name: Path(value).name if os.path.isfile(value) else value for name, value in parameters.items()}
 
 
 def _digest(value: Any) -> str:
@@ -138,8 +130,12 @@ def _feed(digest: Any, value: Any) -> None:
         for part in value:
             _feed(digest, part)
     elif value is None or isinstance(value, bool | int | float | str | Path):
+        if isinstance(value, str) and os.path.isabs(value):
+            value = os.path.basename(value)  # the content counts
         digest.update(f"{type(value).__name__} {value!r};".encode())
     else:
         array = np.ascontiguousarray(value)  # of numpy, or a matrix of Dr.Jit
+        if array.dtype.hasobject:
+            raise TypeError(f"a {type(value).__name__} has no digest")
         digest.update(f"{array.dtype} {array.shape};".encode())
         digest.update(array.tobytes())

@@ -140,7 +140,7 @@ def render(
     (7, 16, 16, 16)
     """
     if more_samples is not None:
-        _check_more(output, spp=spp, until=until)
+        _check_more(spp=spp, until=until)
     job = RenderJob.of(
         scene,
         materials=materials,
@@ -168,7 +168,7 @@ def render(
     return render_job(job, output=output, resume=resume, progress=progress, renderer=renderer)
 
 
-def _check_more(output: str | os.PathLike[str] | None, **others: Any) -> None:
+def _check_more(**others: Any) -> None:
     """Refuse what says, beside more_samples, how many samples there shall be."""
     for name, value in others.items():
         if value is not None:

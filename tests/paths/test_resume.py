@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,12 +24,14 @@ import fluorspar
 from fluorspar.errors import FluorsparWarning, ImageError, OptionError
 from fluorspar.files import run_journal
 from fluorspar.files.writing import Temporary
+from fluorspar.image.converted import converted
 from fluorspar.image.formats.netcdf_writer import NetcdfWriter
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths import chunks, paths_file
 from fluorspar.paths.light_paths import LightPaths
 from fluorspar.rendering import render_job
+from fluorspar.spectral.wavelengths import Wavelengths
 
 SIZE, SPP = (24, 20), 32
 GRID = "400:700:50"
@@ -115,8 +118,7 @@ class TestImages:
         path.write_bytes(b"precious")
         leave_unfinished(path)
         assert path.read_bytes() == b"precious"
-        path.unlink()
-        assert len(names(tmp_path)) == 2  # the pixels, and the journal
+        assert len(names(tmp_path)) == 3  # the pixels, and the journal
         traced: list[int] = []
         render(path, resume=True, progress=lambda done, pixels: traced.append(done))
         assert traced[0] == 240
@@ -182,7 +184,7 @@ class TestImages:
             ({"seed": 1}, "seed: 1, before 0"),
             ({"spp": 64}, "samples: 64, before 32"),
             ({"size": (20, 24)}, "size: 20 x 24, before 24 x 20"),
-            ({"wavelengths": "400:700:10"}, "wavelengths: 400-700 nm by 10, before 400-700 nm by 50"),
+            ({"wavelengths": "400:700:10"}, "wavelengths: 400:700:10, before 400:700:50"),
             ({"materials": {"left-wall": "poster-orange"}}, r"material \d, poster-orange"),
             ({"component_errors": True}, "errors of components: yes, before no"),
         ],
@@ -228,6 +230,48 @@ class TestImages:
         with pytest.raises(OptionError, match="staged method has no resume"):
             render(tmp_path / "a.nc", method="staged", resume=True)
 
+    @pytest.mark.parametrize("change", ["total", "grid", "denoised"])
+    @pytest.mark.filterwarnings("ignore:interrupted")
+    def test_an_image_that_was_changed_is_refused(self, tmp_path, change):
+        path, changed = tmp_path / "a.nc", tmp_path / "changed.nc"
+        for progress in (after(3, interrupt), None):
+            image = render(path, progress=progress)
+            if change == "total":
+                image = converted(image, "total")
+            elif change == "grid":
+                image = converted(image, wavelengths=Wavelengths(400, 700, 100))
+            elif image.attrs.get("partial"):
+                continue
+            else:
+                pytest.importorskip("mitsuba_oidn")
+                image = image.denoised()
+            assert "fingerprint" not in image.attrs
+            image.save(changed)
+            for options in ({}, {"spp": None, "more_samples": 4}):
+                with pytest.raises(OptionError, match=r"no record of what|partial image|denoised image"):
+                    render(changed, resume=True, **options)
+
+    def test_other_samples_are_refused(self, tmp_path):
+        path = tmp_path / "a.nc"
+        render(path)
+        render(path, spp=None, more_samples=SPP)
+        with pytest.raises(OptionError, match=r"(?s)other samples.*64 samples per pixel in 2 passes.*32"):
+            render(path, resume=True)
+
+    def test_names_that_begin_alike_are_kept_apart(self, tmp_path, whole):
+        """And `.a.nc.*` is none of `a.nc.paths`."""
+        long = "of_the_study_with_a_long_name_lamp_D65_concentration_0."
+        one, two = tmp_path / f"{long}1.nc", tmp_path / f"{long}2.nc"
+        leave_unfinished(one)
+        leave_unfinished(two, seed=1)
+        living = Temporary(tmp_path / f"{long}1.nc.paths")
+        render(one, resume=True)
+        living.drop()
+        assert len(names(tmp_path)) == 3
+        render(two, resume=True, seed=1)
+        assert names(tmp_path) == [one.name, two.name]
+        xr.testing.assert_equal(xr.load_dataset(one), whole)
+
 
 UNTIL = "error=12%"
 
@@ -252,6 +296,14 @@ class TestPasses:
             render(path, until=UNTIL, progress=after(chunk_count, end))
         render(path, until=UNTIL, resume=True)
         check(path, reached)
+
+    def test_of_an_image_that_is_good_enough_there_are_none(self, tmp_path):
+        path = tmp_path / "a.nc"
+        render(path)
+        image = render(path, until="error=90%", resume=True)
+        assert image.attrs["until"]["stopped"] == "reached"
+        assert SpectralImage.open(path).attrs["until"] == image.attrs["until"]
+        assert image.attrs["spp"] == SPP
 
 
 class TestMoreSamples:
@@ -291,6 +343,30 @@ class TestMoreSamples:
             assert path.read_bytes() == before
         render(path, spp=None, more_samples=SPP, resume=True)
         check(path, xr.load_dataset(once))
+
+    def test_are_gone_on_with_on_the_same_image_only(self, tmp_path):
+        """What is left is combined with the image that was there."""
+        path, other = tmp_path / "a" / "a.nc", tmp_path / "b" / "a.nc"
+        for each in (path, other):
+            each.parent.mkdir()
+        render(path)
+        with pytest.raises(ZeroDivisionError):
+            render(path, spp=None, more_samples=SPP, progress=after(3, fail))
+        render(other, spp=2 * SPP)
+        shutil.copy(other, path)
+        for each in (path, other):
+            render(each, spp=None, more_samples=SPP, resume=True)
+        check(path, xr.load_dataset(other))
+
+    def test_unfinished_ones_stay_when_the_image_is_asked_for(self, tmp_path):
+        path = tmp_path / "a.nc"
+        render(path)
+        with pytest.raises(ZeroDivisionError):
+            render(path, spp=None, more_samples=SPP, progress=after(3, fail))
+        before = names(tmp_path)
+        assert len(before) == 3
+        render(path, resume=True)
+        assert names(tmp_path) == before
 
     def test_of_another_scene_are_refused(self, tmp_path):
         path = tmp_path / "a.nc"
@@ -336,10 +412,36 @@ class TestLightPaths:
             for name in paths_file.ARRAYS:
                 np.testing.assert_array_equal(getattr(chunk, name), getattr(expected, name))
 
-    def test_of_another_scene_are_refused(self, tmp_path):
-        trace(tmp_path / "a.paths")
+    @pytest.mark.parametrize("end", [None, fail, interrupt])
+    @pytest.mark.filterwarnings("ignore:interrupted")
+    def test_of_another_scene_are_refused(self, tmp_path, end):
+        with suppress(ZeroDivisionError):
+            trace(tmp_path / "a.paths", progress=end and after(3, end))
+        before = names(tmp_path)
         with pytest.raises(OptionError, match=r"(?s)another render.*seed: 3, before 0"):
             trace(tmp_path / "a.paths", seed=3, resume=True)
+        assert names(tmp_path) == before
+
+    def test_an_early_end_after_hours_loses_nothing(self, tmp_path, monkeypatch):
+        path = tmp_path / "a.paths"
+        with pytest.raises(ZeroDivisionError):
+            trace(path, progress=after(5, fail))
+        monkeypatch.setattr(paths_file, "SYNC_EVERY", 5.0)
+        with pytest.raises(ZeroDivisionError):
+            trace(path, resume=True, progress=after(1, fail))
+        done: list[int] = []
+        trace(path, resume=True, progress=lambda pixels, _: done.append(pixels))
+        assert done[0] == 420
+
+    @pytest.mark.filterwarnings("ignore:interrupted")
+    def test_what_is_longer_counts(self, tmp_path):
+        path = tmp_path / "a.paths"
+        trace(path, progress=after(6, interrupt))
+        with pytest.raises(ZeroDivisionError):
+            trace(path, resume=True, progress=after(1, fail))
+        done: list[int] = []
+        trace(path, resume=True, progress=lambda pixels, _: done.append(pixels))
+        assert done[0] >= 420
 
 
 _SCRIPT = """

@@ -5,24 +5,19 @@ from __future__ import annotations
 import ctypes
 import errno
 import fcntl
-import glob
 import os
-import platform
 import shutil
 import time
 import uuid
-import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
 from fluorspar.errors import ImageError, message
+from fluorspar.files.writing import HOST, OLD, start_of, temporaries
 
 __all__ = ["TemporaryFolder", "check_folder"]
 
-_HOST = f"{zlib.crc32(platform.node().encode()):08x}"
-_NAME = 40  # characters of a name that its temporary name begins with: 255 bytes are the limit
-_OLD = 7 * 86400.0  # s
 _HERE, _EXCHANGE = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of Linux
 
 
@@ -97,11 +92,10 @@ class TemporaryFolder:
 
     def __init__(self, target: Path, *, in_place: bool = False) -> None:
         self._target = target
-        start = f".{target.name[:_NAME]}."
-        _remove_stale(target.parent, start)
+        _remove_stale(target)
         self._lock = -1
         while self._lock < 0:
-            self.path = target.with_name(f"{start}{_HOST}-{uuid.uuid4().hex[:8]}.tmp")
+            self.path = target.with_name(f"{start_of(target)}{HOST}-{uuid.uuid4().hex[:8]}.tmp")
             if in_place and not target.exists():
                 self.path = target
             self.path.mkdir()
@@ -143,15 +137,15 @@ def _exchange(new: Path, old: Path) -> None:
     os.rename(aside, new)
 
 
-def _remove_stale(folder: Path, start: str) -> None:
+def _remove_stale(target: Path) -> None:
     """Remove temporary folders whose writers are dead."""
-    for path in folder.glob(f"{glob.escape(start)}*.tmp"):
+    for path in temporaries(target):
         with suppress(OSError):
             lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                here = path.name.startswith(f"{start}{_HOST}-")
-                if here or time.time() - os.fstat(lock).st_mtime > _OLD:
+                here = path.name.startswith(f"{start_of(target)}{HOST}-")
+                if here or time.time() - os.fstat(lock).st_mtime > OLD:
                     shutil.rmtree(path, ignore_errors=True)
             finally:
                 os.close(lock)

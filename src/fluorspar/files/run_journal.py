@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from fluorspar.files.journal import Journal, read_journal
-from fluorspar.files.writing import unfinished
 
-__all__ = ["Left", "Run", "RunJournal", "left_of"]
+__all__ = ["Left", "Run", "RunJournal", "read_left"]
 
 SYNC_EVERY = 5.0
 """Seconds of work that may be lost. A shorter render leaves no journal."""
@@ -118,19 +117,21 @@ class Left:
     end: int
 
 
-def left_of(target: Path) -> list[Left]:
-    """What killed writers of a file have left, the newest first."""
-    found = []
-    for path, journal in unfinished(target):
-        header: dict[str, Any] = {}
-        runs: list[Run] = []
-        end = 0
-        for said, _, stop in read_journal(journal):
-            if not header:
-                header = said
-            else:
-                runs += [(first, count) for first, count in said["runs"]]
-            end = stop
-        if runs:
-            found.append(Left(path, header, runs, end))
-    return found
+def read_left(path: Path) -> Left:
+    """Read the journal of what a killed writer has left.
+
+    Parameters
+    ----------
+    path : Path
+        The file under its temporary name, see `unfinished`.
+    """
+    header: dict[str, Any] = {}
+    runs: list[Run] = []
+    end = 0
+    for said, _, stop in read_journal(path.with_suffix(".journal")):
+        if not header:
+            header = said
+        else:
+            runs += [(first, count) for first, count in said["runs"]]
+        end = stop
+    return Left(path, header, runs, end)

@@ -7,6 +7,7 @@ import fcntl
 import glob
 import os
 import platform
+import re
 import shutil
 import signal
 import threading
@@ -23,20 +24,25 @@ from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.files.names import file_and_column
 
 __all__ = [
+    "HOST",
+    "OLD",
     "Temporary",
     "check_alone",
     "check_not_input",
     "check_target",
-    "remove_leftovers",
+    "remove_unfinished",
     "replacing",
+    "start_of",
+    "temporaries",
     "undisturbed",
     "unfinished",
     "write_error",
 ]
 
-_HOST = f"{zlib.crc32(platform.node().encode()):08x}"
+HOST = f"{zlib.crc32(platform.node().encode()):08x}"
 _NAME = 40  # characters of a name that its temporary name begins with: 255 bytes are the limit
-_OLD = 7 * 86400.0  # s
+OLD = 7 * 86400.0  # s
+_QUIET = 60.0  # s without a change after which a writer is taken for dead whose lock cannot be seen
 
 
 def check_target(path: str | os.PathLike[str], size: int = 0) -> Path:
@@ -193,7 +199,7 @@ class Temporary:
         else:
             self._lock = -1
         while self._lock < 0:
-            self.path = target.with_name(f"{_start(target)}{_HOST}-{uuid.uuid4().hex[:8]}.tmp")
+            self.path = target.with_name(f"{start_of(target)}{HOST}-{uuid.uuid4().hex[:8]}.tmp")
             self._lock = os.open(self.path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666)
             with suppress(OSError):  # there are file systems without locks
                 fcntl.flock(self._lock, fcntl.LOCK_EX)
@@ -201,13 +207,23 @@ class Temporary:
                 self.drop()
         self.journal = _journal_of(self.path)
 
-    def keep(self) -> None:
-        """Give the file the name of its target, and remove what others have left of it."""
+    def keep(self, *, durable: bool = False) -> None:
+        """Give the file the name of its target, and remove what others have left of it.
+
+        Parameters
+        ----------
+        durable : bool
+            Wait until it is on the disk: after a power cut there is then the older file, or this one.
+        """
         if self._target.exists():
             shutil.copymode(self._target, self.path)
+        if durable:
+            os.fsync(self._lock)
         os.replace(self.path, self._target)
+        if durable:
+            _sync_folder(self._target.parent)
         self.drop()
-        remove_leftovers(self._target)
+        _remove_stale(self._target, with_journals=True)
 
     def drop(self) -> None:
         """Remove the file, if it has not been kept, and its journal."""
@@ -230,11 +246,11 @@ def unfinished(target: Path) -> list[tuple[Path, Path]]:
     Returns
     -------
     list of (Path, Path)
-        The file under its temporary name, and its journal; the newest first.
+        The file under its temporary name, and its journal; the one with the longest journal first.
     """
-    pairs = [(path, _journal_of(path)) for path in _temporaries(target) if _is_free(path)]
+    pairs = [(path, _journal_of(path)) for path in temporaries(target) if _is_free(path)]
     found = [pair for pair in pairs if pair[1].exists()]
-    return sorted(found, key=lambda pair: pair[1].stat().st_mtime, reverse=True)
+    return sorted(found, key=lambda pair: pair[1].stat().st_size, reverse=True)
 
 
 def check_alone(target: Path) -> None:
@@ -245,46 +261,66 @@ def check_alone(target: Path) -> None:
     ImageError
         If one does.
     """
-    if not all(map(_is_free, _temporaries(target))):
+    if not all(map(_is_free, temporaries(target))):
         fix = "wait for it, or write another file"
         raise ImageError(message("another process is writing the file", where=target, fix=fix))
 
 
-def remove_leftovers(target: Path) -> None:
-    """Remove what killed writers of a file have left, journals too."""
-    _remove_stale(target, with_journals=True)
+def remove_unfinished(path: Path) -> None:
+    """Remove what a killed writer has left under a temporary name, and its journal."""
+    for each in (_journal_of(path), path):
+        with suppress(OSError):
+            each.unlink(missing_ok=True)
 
 
-def _start(target: Path) -> str:
-    return f".{target.name[:_NAME]}."
+def start_of(target: Path) -> str:
+    """What temporary names of a file or folder begin with: 255 bytes are the limit of a name."""
+    name = target.name
+    if len(name) > _NAME:
+        name = f"{name[:_NAME]}-{zlib.crc32(name.encode(errors='surrogateescape')):08x}"
+    return f".{name}."
+
+
+def temporaries(target: Path, suffix: str = "tmp") -> list[Path]:
+    """Temporary files or folders that stand beside a target, in its stead."""
+    start = start_of(target)
+    name = re.compile(rf"{re.escape(start)}[^.]+-[0-9a-f]{{8}}\.{suffix}")
+    return [
+        path for path in target.parent.glob(f"{glob.escape(start)}*.{suffix}") if name.fullmatch(path.name)
+    ]
 
 
 def _journal_of(path: Path) -> Path:
     return path.with_suffix(".journal")
 
 
-def _temporaries(target: Path) -> Iterator[Path]:
-    return target.parent.glob(f"{glob.escape(_start(target))}*.tmp")
+def _is_here(path: Path, target: Path) -> bool:
+    """Whether a temporary file was made by this host, whose locks are seen here for certain."""
+    return path.name.startswith(f"{start_of(target)}{HOST}-")
 
 
 def _is_free(path: Path) -> bool:
     """Whether the writer of a temporary file is dead."""
+    locks = f".{HOST}-" in path.name
     try:
         lock = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
-    except OSError:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        finally:
+            os.close(lock)
+    except BlockingIOError:
         return False
+    except OSError:
+        locks = False  # there are file systems without
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return locks or time.time() - path.stat().st_mtime > _QUIET
     except OSError:
-        return False
-    finally:
-        os.close(lock)
-    return True
+        return True  # gone
 
 
 def _remove_stale(target: Path, with_journals: bool = False) -> None:
     """Remove temporary files whose writers are dead."""
-    for path in _temporaries(target):
+    for path in temporaries(target):
         journal = _journal_of(path)
         if journal.exists() and not with_journals:
             continue
@@ -292,16 +328,23 @@ def _remove_stale(target: Path, with_journals: bool = False) -> None:
             lock = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                here = path.name.startswith(f"{_start(target)}{_HOST}-")
-                if here or time.time() - os.fstat(lock).st_mtime > _OLD:
+                if _is_here(path, target) or time.time() - os.fstat(lock).st_mtime > OLD:
                     journal.unlink(missing_ok=True)
                     path.unlink()
             finally:
                 os.close(lock)
-    for journal in target.parent.glob(f"{glob.escape(_start(target))}*.journal"):
+    for journal in temporaries(target, "journal"):
         with suppress(OSError):
             if not journal.with_suffix(".tmp").exists():  # killed between giving the file its name and this
                 journal.unlink()
+
+
+def _sync_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def write_error(path: Path, err: BaseException, *, kept: bool = False) -> ImageError:

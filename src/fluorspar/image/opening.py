@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
+from fluorspar.files.writing import replacing
+from fluorspar.image.formats.netcdf_layout import write_attrs
+from fluorspar.image.formats.zarr_layout import describe
 from fluorspar.image.spectral_image import SpectralImage
 
-__all__ = ["open"]
+__all__ = ["open", "replace_attrs"]
 
 
 def open(path: str | os.PathLike[str]) -> SpectralImage:
@@ -32,3 +39,21 @@ def open(path: str | os.PathLike[str]) -> SpectralImage:
     (6, 4)
     """
     return SpectralImage.open(path)
+
+
+def replace_attrs(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> None:
+    """Give the image in a `.nc` file or `.zarr` store other attributes.
+
+    Raises
+    ------
+    ImageError
+        If it cannot be written; it is then as it was.
+    """
+    if Path(path).suffix.lower() == ".zarr":
+        import zarr
+
+        describe(zarr.open_group(path, mode="r+"), attrs)
+        return
+    with replacing(path) as temporary:
+        shutil.copyfile(path, temporary)
+        write_attrs(temporary, attrs)

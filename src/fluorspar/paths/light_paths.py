@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparWarning, OptionError, message
-from fluorspar.files.writing import check_alone, remove_leftovers
+from fluorspar.files.writing import remove_unfinished
 from fluorspar.fingerprint import fingerprint, of_sweep
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
@@ -28,9 +28,9 @@ from fluorspar.paths.first_samples import first_samples
 from fluorspar.paths.log import Chunk, lanes_per_pixel
 from fluorspar.paths.numbering import count_rows, rows_shown
 from fluorspar.paths.packed import PackedChunk, pack, unpack
-from fluorspar.paths.paths_file import PathsInFile, PathsWriter, left_paths, read_paths
+from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
 from fluorspar.paths.render import render_chunks
-from fluorspar.paths.resuming import check_same, say_unfinished
+from fluorspar.paths.resuming import look_for, say_unfinished
 from fluorspar.paths.sweeping.gpu import chunk_on_gpu, sweeps_on_gpu
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.lights import Light
@@ -356,33 +356,23 @@ def trace_job(
     settings = job.scene.settings
     pixels = settings.width * settings.height
     if resume and label is not None:
-        earlier = _earlier(label, output)
-        left = left_paths(output, label)
+        found = look_for(label, output, lambda: load_paths(output)._fingerprint())
+        left, earlier = found.left, load_paths(output) if found.is_there else None
         if earlier is not None and earlier.pixels == pixels:
-            remove_leftovers(Path(os.path.realpath(output)))
+            if left is not None:
+                remove_unfinished(left)
             return earlier
     elif label is not None:
-        say_unfinished(output)
+        say_unfinished(label, output)
     with PathsWriter(output, job, label, left, journaled=True) as writer:
-        if earlier is not None and left is None:
-            for chunk in earlier.chunks:
+        for chunk in () if earlier is None else earlier.chunks:
+            if chunk.first_pixel >= writer.pixels:
                 writer.write(chunk)
         if writer.pixels < pixels:
             fix = "free memory: half a million paths are traced at a time"
             _trace(job, progress, writer.write, fix, writer.pixels)
         writer.keep()
     return load_paths(output)
-
-
-def _earlier(label: dict[str, str], output: str | os.PathLike[str]) -> LightPaths | None:
-    """The light paths that are there, all or some; those of another render are refused."""
-    check_alone(Path(os.path.realpath(output)))
-    if not os.path.exists(output):
-        return None
-    paths = load_paths(output)
-    assert isinstance(paths.chunks, PathsInFile)
-    check_same(label, paths.chunks.fingerprint, output)
-    return paths
 
 
 def _trace(

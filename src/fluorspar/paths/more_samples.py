@@ -14,7 +14,7 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import runs_of, trace_chunks
 from fluorspar.paths.render import fill, new_target
-from fluorspar.paths.resuming import check_same, passes_of
+from fluorspar.paths.resuming import check_image, check_same, label_onto, passes_of
 from fluorspar.progress import Progress
 
 __all__ = ["render_more"]
@@ -61,15 +61,15 @@ def render_more(
     if wrong:
         fix = "finish it first: --resume" if wrong == ["partial"] else "add samples to the noisy one"
         raise OptionError(message(f"samples are added to a {wrong[0]} image", where=output, fix=fix))
-    label = fingerprint(job)
-    if label is not None:
-        fix = "give the scene and the options of the image"
-        check_same(label, attrs.get("fingerprint"), output, but=_FREE, fix=fix)
+    fix = "give the scene and the options of the image"
+    check_same(fingerprint(job) or {}, attrs.get("fingerprint"), output, but=_FREE, fix=fix)
+    check_image(image, job, output)
     passes = passes_of(image)
     errors = "component_standard_error" in image.dataset
     job = replace(job, seed=int(attrs["seed"]), stream=len(passes), component_errors=errors)
     samples = job.scene.settings.spp
-    inner = new_target(job, output, fingerprint(job), resume=resume)
+    label = label_onto(fingerprint(job), image, output)
+    inner = new_target(job, output, label, resume=resume)
     with AddedPixels(inner, samples, image, sum(passes)) as target:
         left = [run for run in runs_of(job) if not target.has(*run)]
         with closing(trace_chunks(job, left)) as chunks:
@@ -77,5 +77,6 @@ def render_more(
         passes.append(samples)
         timings = dict(attrs.get("timings", {}))
         timings["render"] = round(timings.get("render", 0.0) + time.perf_counter() - began, 3)
+        attrs.pop("until", None)  # it was of the passes before
         told = {"spp": sum(passes), "passes": passes, "timings": timings}
         return target.image({**attrs, **told}, partial=False)

@@ -15,13 +15,14 @@ from typing import Any
 from fluorspar.errors import FluorsparWarning
 from fluorspar.fingerprint import fingerprint
 from fluorspar.image.combining import AddedPixels, pixels_of
+from fluorspar.image.opening import replace_attrs
 from fluorspar.image.pixels import Target
 from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import runs_of, trace_chunks, variant_of
 from fluorspar.paths.render import fill, keep_finished, new_target
-from fluorspar.paths.resuming import earlier_image, passes_of, take_over
+from fluorspar.paths.resuming import earlier_image, label_onto, passes_of, take_over
 from fluorspar.progress import Progress
 from fluorspar.scene.settings import MOST_SAMPLES
 from fluorspar.scene.variants import use_variant
@@ -134,7 +135,7 @@ class _Passes:
         """Take the passes that are there of the file; return the samples of the next one, `size` if there are none."""
         if self.output is None or self.label is None:
             return size
-        image = earlier_image(self.label, self.output)
+        image = earlier_image(self.job, self.label, self.output)
         if image is None:
             return size
         if image.attrs.get("partial"):
@@ -146,15 +147,23 @@ class _Passes:
             count = min(_RUN, self.pixels - first)
             errors.add(first, pixels_of(image, first, count))
         took = float(image.attrs.get("timings", {}).get("render", 0.0))
-        return self._next(errors, took / self.done)[0]
+        more, stopped = self._next(errors, took / self.done)
+        if not more:
+            attrs = {**image.attrs, "until": self._told(errors, stopped)}
+            image.close()
+            replace_attrs(self.output, attrs)
+            self.image = SpectralImage.open(self.output)
+        return more
 
     def render(self, size: int) -> int:
         """Render one more pass of so many samples per pixel; return those of the next, 0 if this was the last one."""
         pass_began = self.clock()
         job = replace(self.job, scene=self.job.scene.with_settings(spp=size), stream=len(self.sizes))
-        size = job.scene.settings.spp  # what the sampler can do
         errors = RelativeErrors(job.grid, self.pixels)
-        target: Target = new_target(job, self.output, fingerprint(job), resume=self.resume)
+        label = fingerprint(job)
+        if self.image is not None and self.output is not None:
+            label = label_onto(label, self.image, self.output)
+        target: Target = new_target(job, self.output, label, resume=self.resume)
         if self.image is not None:
             target = AddedPixels(target, size, self.image, self.done)
         with target:
@@ -180,20 +189,24 @@ class _Passes:
             more, stopped = self._next(errors, (self.clock() - pass_began) / size)
             if partial:
                 more, stopped = 0, "interrupted"
-            told = {
-                "target": str(self.until),
-                "of": errors.of,
-                "mean": _known(errors.mean),
-                "p95": _known(errors.p95),
-                "passes": self.sizes,
-                "stopped": stopped,
-            }
+            told = self._told(errors, stopped)
             timings = {"render": round(self.clock() - self.began, 3)}
             attrs = {**self.job.attrs, "spp": self.done, "until": told, "timings": timings}
             attrs["fingerprint"] = self.label
             self.image = target.image(attrs, partial=partial)
         _LOG.info("pass %d: %s%s", len(self.sizes), _in_words(told), self.outlook if more else "")
         return more
+
+    def _told(self, errors: RelativeErrors, stopped: str) -> dict[str, Any]:
+        """What the image says about the passes."""
+        return {
+            "target": str(self.until),
+            "of": errors.of,
+            "mean": _known(errors.mean),
+            "p95": _known(errors.p95),
+            "passes": self.sizes,
+            "stopped": stopped,
+        }
 
     def _next(self, errors: RelativeErrors, seconds: float) -> tuple[int, str]:
         """Samples of the next pass, 0 if there is none, and why there is none, or why there will have been none.

@@ -21,7 +21,7 @@ from fluorspar.errors import FluorsparError, PathsError, SceneError, message
 from fluorspar.files.journal import Journal, read_journal
 from fluorspar.files.patient_file import PatientFile
 from fluorspar.files.run_journal import SYNC_EVERY
-from fluorspar.files.writing import Temporary, check_target, unfinished, write_error
+from fluorspar.files.writing import Temporary, check_target, write_error
 from fluorspar.job import RenderJob
 from fluorspar.paths.numbering import count_rows
 from fluorspar.paths.packed import ARRAYS, PackedChunk
@@ -30,7 +30,7 @@ from fluorspar.scene.records import from_record, to_record
 from fluorspar.scene.scene import Scene
 from fluorspar.version import __version__
 
-__all__ = ["SUFFIX", "PathsInFile", "PathsWriter", "left_paths", "read_paths"]
+__all__ = ["SUFFIX", "PathsInFile", "PathsWriter", "read_paths"]
 
 SUFFIX = ".paths"
 
@@ -57,7 +57,7 @@ class PathsWriter:
     label : mapping, optional
         Its fingerprint.
     left : Path, optional
-        What to go on with, see `left_paths`.
+        What to go on with, under its temporary name.
     journaled : bool
         Leave what is finished in a journal, to be gone on with, if the writer is killed.
 
@@ -95,13 +95,18 @@ class PathsWriter:
         self._label, self._journaled = label, journaled
         self._journal: Journal | None = None
         self._began = self._synced = time.monotonic()
+        self._resumed = left is not None
         self._file = h5py.File(self._stream, "w")
         # Text of fixed length: HDF5 follows the pointers of other text blindly, and dies of wrong ones.
         texts = {"format": np.bytes_(_FORMAT), "fluorspar": np.bytes_(__version__)}
-        self._file.attrs.update({**texts, "format_version": _VERSION})
-        self._record(job)
-        if left is not None:
-            self._go_on()
+        try:
+            self._file.attrs.update({**texts, "format_version": _VERSION})
+            self._record(job)
+            if self._resumed:
+                self._go_on()
+        except BaseException as err:
+            self.__exit__(type(err), err, None)
+            raise
 
     def __enter__(self) -> PathsWriter:
         return self
@@ -113,8 +118,8 @@ class PathsWriter:
             self._close()
         if self._journal is not None:
             self._journal.close()
-            if kind is not None and self._can_go_on:
-                self._temporary.leave()
+        if kind is not None and self._can_go_on:
+            self._temporary.leave()
         self._temporary.drop()
 
     def write(self, chunk: PackedChunk) -> None:
@@ -135,6 +140,8 @@ class PathsWriter:
 
     @property
     def _can_go_on(self) -> bool:
+        if self._resumed:
+            return True
         return self._journal is not None and time.monotonic() - self._began > SYNC_EVERY
 
     def _go_on(self) -> None:
@@ -161,7 +168,7 @@ class PathsWriter:
         self._close()
         self._check()
         try:
-            self._temporary.keep()
+            self._temporary.keep(durable=self._can_go_on)
         except OSError as err:
             raise write_error(self.path, err) from err
 
@@ -194,15 +201,6 @@ class PathsWriter:
             self._stream.check()
         except OSError as err:
             raise write_error(self.path, err, kept=self._can_go_on) from err
-
-
-def left_paths(path: str | os.PathLike[str], label: Mapping[str, str]) -> Path | None:
-    """What a killed writer has left of a file of light paths with this fingerprint, under its temporary name."""
-    for temporary, journal in unfinished(Path(os.path.realpath(path))):
-        header = next(read_journal(journal), None)
-        if header is not None and header[0].get("label") == label:
-            return temporary
-    return None
 
 
 def _as_record(chunk: PackedChunk) -> tuple[dict[str, Any], bytes]:

@@ -18,7 +18,7 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import runs_of, trace_chunks
 from fluorspar.paths.log import Chunk
-from fluorspar.paths.resuming import earlier_image, earlier_left, say_unfinished, take_over
+from fluorspar.paths.resuming import check_passes, earlier_image, earlier_left, say_unfinished, take_over
 from fluorspar.paths.sweeping.gpu import sweeps_on_gpu, why_not_on_gpu
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables, lobe_tables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
@@ -60,8 +60,9 @@ def render_paths(
     label = fingerprint(job)
     earlier = None
     if resume and output is not None and label is not None:
-        earlier = earlier_image(label, output)
+        earlier = earlier_image(job, label, output)
         if earlier is not None and not earlier.attrs.get("partial"):
+            check_passes(earlier, job, output)
             return earlier
     with new_target(job, output, label, resume=resume) as target:
         if earlier is not None:
@@ -144,7 +145,7 @@ def new_target(
     if resume and label is not None:
         left = earlier_left(label, output)
     elif label is not None:
-        say_unfinished(output)
+        say_unfinished(label, output)
     return PixelsInFile(output, *shape, label, left)
 
 

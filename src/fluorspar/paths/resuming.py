@@ -4,53 +4,153 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from fluorspar.errors import FluorsparWarning, OptionError, message
-from fluorspar.files.run_journal import Left, Run, left_of
-from fluorspar.files.writing import check_alone, remove_leftovers, unfinished
+from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
+from fluorspar.files.journal import read_journal
+from fluorspar.files.run_journal import Left, Run, read_left
+from fluorspar.files.writing import check_alone, remove_unfinished, unfinished
 from fluorspar.fingerprint import differences
 from fluorspar.image.combining import pixels_of
-from fluorspar.image.dataset import values_of
+from fluorspar.image.components import COMPONENTS
 from fluorspar.image.pixels import Target
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.job import RenderJob
 
-__all__ = ["check_same", "earlier_image", "earlier_left", "passes_of", "say_unfinished", "take_over"]
+__all__ = [
+    "Earlier",
+    "check_image",
+    "check_passes",
+    "check_same",
+    "earlier_image",
+    "earlier_left",
+    "label_onto",
+    "look_for",
+    "passes_of",
+    "say_unfinished",
+    "take_over",
+]
 
 _SHOWN = 3  # differences that a message names
 
 
-def earlier_left(label: Mapping[str, str], output: str | os.PathLike[str]) -> Left | None:
-    """What a killed writer has left of the file of a render with this fingerprint: of several the largest."""
-    same = [left for left in left_of(_target(output)) if left.header.get("label") == label]
-    return max(same, key=_pixels, default=None)
+@dataclass(frozen=True)
+class Earlier:
+    """What there is of a file that an interrupted run was writing.
+
+    Attributes
+    ----------
+    left : Path or None
+        What a killed run has left under a temporary name.
+    is_there : bool
+        Whether the file itself, whole or partial, is of the same fingerprint.
+    """
+
+    left: Path | None
+    is_there: bool
 
 
-def earlier_image(label: Mapping[str, str], output: str | os.PathLike[str]) -> SpectralImage | None:
-    """The image that is there under the name of the file, whole or partial.
+def look_for(
+    label: Mapping[str, str],
+    output: str | os.PathLike[str],
+    label_there: Callable[[], Mapping[str, str] | None],
+) -> Earlier:
+    """Look for what can be gone on with.
+
+    Parameters
+    ----------
+    label : mapping
+        Fingerprint of what is to be made.
+    output : path-like
+    label_there : callable
+        Reads that of the file, if it is there.
 
     Raises
     ------
     OptionError
-        If it is of another fingerprint, or all that was left by killed writers is; nothing is lost.
-    ImageError
-        If it cannot be read, or another process is writing it.
+        If there is nothing to go on with, but something of another fingerprint; nothing is lost.
+    FluorsparError
+        If the file cannot be read, or another process is writing it.
     """
     target = _target(output)
     check_alone(target)
-    lefts = left_of(target)
+    left = _left(label, target)
     if target.exists():
-        image = SpectralImage.open(target)
-        check_same(label, image.attrs.get("fingerprint"), output)
-        if not image.attrs.get("partial"):
-            remove_leftovers(target)
-        return image
-    if lefts and all(left.header.get("label") != label for left in lefts):
-        check_same(label, lefts[0].header.get("label"), output)
-    return None
+        try:
+            there = label_there()
+        except FluorsparError:
+            if left is None:
+                raise
+            there = None
+        if there == label or left is None:
+            check_same(label, there, output)
+            return Earlier(left, True)
+    elif left is None and (others := unfinished(target)):
+        check_same(label, _label_of(others[0][1]), output)
+    return Earlier(left, False)
+
+
+def earlier_left(label: Mapping[str, str], output: str | os.PathLike[str]) -> Left | None:
+    """What a killed writer has left of an image with this fingerprint."""
+    path = _left(label, _target(output))
+    return None if path is None else read_left(path)
+
+
+def earlier_image(
+    job: RenderJob, label: Mapping[str, str], output: str | os.PathLike[str]
+) -> SpectralImage | None:
+    """The image of a job that is there, whole or partial.
+
+    Raises
+    ------
+    OptionError
+        If what is there is of another render.
+    ImageError
+        If it cannot be read, or another process is writing it.
+    """
+
+    def label_there() -> Mapping[str, str] | None:
+        with SpectralImage.open(output) as image:
+            found: Mapping[str, str] | None = image.attrs.get("fingerprint")
+            return found
+
+    found = look_for(label, output, label_there)
+    if not found.is_there:
+        return None
+    image = SpectralImage.open(output)
+    check_image(image, job, output)
+    if not image.attrs.get("partial") and found.left is not None:
+        remove_unfinished(found.left)
+    return image
+
+
+def check_image(image: SpectralImage, job: RenderJob, output: str | os.PathLike[str]) -> None:
+    """Refuse an image that was changed since it was rendered.
+
+    Raises
+    ------
+    OptionError
+        With what it is now.
+    """
+    settings = job.scene.settings
+    changed = [
+        what
+        for what, same in (
+            ("other components", tuple(image.components) == COMPONENTS),
+            ("another grid", image.wavelengths == job.grid),
+            ("another size", image.size == (settings.width, settings.height)),
+            ("denoised", "denoised" not in image.attrs),
+        )
+        if not same
+    ]
+    if changed:
+        fix = "name the file that was rendered, or another one"
+        fault = "the image was changed since it was rendered"
+        raise OptionError(message(fault, where=output, got=", ".join(changed), fix=fix))
 
 
 def check_same(
@@ -81,9 +181,9 @@ def check_same(
         )
 
 
-def say_unfinished(output: str | os.PathLike[str]) -> None:
+def say_unfinished(label: Mapping[str, str], output: str | os.PathLike[str]) -> None:
     """Say that there is something to go on with, which is about to be made anew."""
-    if unfinished(_target(output)):
+    if _left(label, _target(output)) is not None:
         text = (
             f"an unfinished render of {Path(output).name} is there, which --resume would go on with; it is removed "
             "when this one is whole"
@@ -93,18 +193,50 @@ def say_unfinished(output: str | os.PathLike[str]) -> None:
 
 def take_over(target: Target, image: SpectralImage, runs: list[Run]) -> None:
     """Put the finished runs of a partial image into a target."""
-    # one component and one wavelength tell
-    missing = np.isnan(values_of(image.dataset, "radiance", slice(None), image.components[0])[..., 0]).ravel()
     for first, count in runs:
-        if not target.has(first, count) and not missing[first : first + count].any():
-            pixels = pixels_of(image, first, count)
-            room, at = target.room(first, count)
-            own = room[at : at + count]
-            own.radiance[...] = pixels.radiance
-            own.standard_error[...] = pixels.standard_error
-            if own.component_standard_error is not None:
-                own.component_standard_error[...] = pixels.component_standard_error
-            target.keep(first, count)
+        if target.has(first, count):
+            continue
+        pixels = pixels_of(image, first, count)
+        if np.isnan(pixels.radiance[0, :, 0]).any():
+            continue
+        room, at = target.room(first, count)
+        own = room[at : at + count]
+        own.radiance[...] = pixels.radiance
+        own.standard_error[...] = pixels.standard_error
+        if own.component_standard_error is not None:
+            own.component_standard_error[...] = pixels.component_standard_error
+        target.keep(first, count)
+
+
+def check_passes(image: SpectralImage, job: RenderJob, output: str | os.PathLike[str]) -> None:
+    """Refuse an image that is not the one pass of a job.
+
+    Raises
+    ------
+    OptionError
+        With the samples it has.
+    """
+    passes, spp = passes_of(image), job.scene.settings.spp
+    if passes != [spp]:
+        raise OptionError(
+            message(
+                "the file that is there has other samples",
+                where=output,
+                got=f"{sum(passes)} samples per pixel in {len(passes)} passes",
+                expected=spp,
+                fix="give --until or --more-samples, or begin anew without --resume",
+            )
+        )
+
+
+def label_onto(
+    label: Mapping[str, str] | None, image: SpectralImage, output: str | os.PathLike[str]
+) -> dict[str, str] | None:
+    """Fingerprint of a pass that is combined with the passes of an image, while it comes."""
+    if label is None:
+        return None
+    base = f"{passes_of(image)}, written {os.stat(output).st_mtime_ns}"
+    return {**label, "onto": base}
 
 
 def passes_of(image: SpectralImage) -> list[int]:
@@ -118,5 +250,12 @@ def _target(output: str | os.PathLike[str]) -> Path:
     return Path(os.path.realpath(output))
 
 
-def _pixels(left: Left) -> int:
-    return sum(count for _, count in left.runs)
+def _left(label: Mapping[str, str], target: Path) -> Path | None:
+    """The longest of what killed runs of this fingerprint have left."""
+    return next((path for path, journal in unfinished(target) if _label_of(journal) == label), None)
+
+
+def _label_of(journal: Path) -> dict[str, str] | None:
+    header, *_ = next(read_journal(journal), ({},))
+    label: dict[str, str] | None = header.get("label")
+    return label

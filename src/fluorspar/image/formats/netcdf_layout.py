@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.files.patient_file import PatientFile
-from fluorspar.image.dataset import DIMS, VARIABLES, WAVELENGTH_ATTRS, variable_attrs
+from fluorspar.image.dataset import DIMS, VARIABLES, WAVELENGTH_ATTRS, plain_attrs, variable_attrs
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["chunk_rows", "create", "places"]
+__all__ = ["chunk_rows", "create", "places", "write_attrs"]
 
 _CHUNK_BYTES = 16 * 2**20  # rows of all components that go to the file together
 
@@ -106,8 +107,25 @@ def places(stream: PatientFile, variables: Sequence[str]) -> tuple[int, dict[str
     with h5py.File(stream, "r") as file:
         for name in variables:
             data = file[name].id
-            chunks = [data.get_chunk_info(number) for number in range(data.get_num_chunks())]
+            chunks: list[Any] = []
+            data.chunk_iter(chunks.append)
             layers = file[name].shape[0] if "component" in VARIABLES[name][1] else 1
             chunks.sort(key=lambda chunk: chunk.chunk_offset)
             found[name] = np.array([chunk.byte_offset for chunk in chunks]).reshape(layers, -1)
         return file[variables[0]].chunks[-3], found
+
+
+def write_attrs(path: Path, attrs: Mapping[str, Any]) -> None:
+    """Write attributes into a file that is whole but for them.
+
+    Raises
+    ------
+    OSError
+        If the disk is full.
+    """
+    import h5netcdf
+
+    with PatientFile(path, "r+b") as stream:
+        with h5netcdf.File(stream, "r+") as file:
+            file.attrs.update(plain_attrs(attrs))
+        stream.check()

@@ -18,7 +18,7 @@ from fluorspar.files.run_journal import Left, RunJournal
 from fluorspar.files.writing import Temporary, check_target, undisturbed, write_error
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.dataset import VARIABLES, plain_attrs
-from fluorspar.image.formats.netcdf_layout import create, places
+from fluorspar.image.formats.netcdf_layout import create, places, write_attrs
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["NetcdfWriter"]
@@ -201,8 +201,8 @@ class NetcdfWriter:
                 self._journal.close()  # all is on the disk if it took long
             os.close(self._data)
             self._data = -1
-            self._write_attrs()
-            self._temporary.keep()
+            write_attrs(self._temporary.path, self.attrs)
+            self._temporary.keep(durable=self._can_go_on)
 
     def discard(self) -> None:
         """Give the file up; an older file of the name stays as it was.
@@ -362,11 +362,3 @@ class NetcdfWriter:
                 for name, layers in self._layers.items():
                     for layer in range(layers):
                         self._put(name, layer, start, missing)
-
-    def _write_attrs(self) -> None:
-        import h5netcdf
-
-        with PatientFile(self._temporary.path, "r+b") as stream:
-            with h5netcdf.File(stream, "r+") as file:
-                file.attrs.update(plain_attrs(self.attrs))
-            stream.check()
