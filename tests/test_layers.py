@@ -16,6 +16,7 @@ ROOT = Path(fluorspar.__file__).parent
 # Each file or folder may import from those before it.
 LAYERS = [
     "errors",
+    "extras",
     "progress",
     "version",
     "notebook",
@@ -28,6 +29,7 @@ LAYERS = [
     "until",
     "job",
     "paths",
+    "cluster",
     "staged",
     "rendering",
     "measuring",

@@ -22,6 +22,8 @@ from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.until import Until
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from fluorspar.paths.light_paths import LightPaths
     from fluorspar.staged.options import StagedOptions
     from fluorspar.staged.renderers.protocol import Renderer
@@ -51,6 +53,7 @@ def render(
     progress: Progress | bool | None = None,
     staged: StagedOptions | None = None,
     renderer: Renderer | None = None,
+    client: Client | None = None,
 ) -> SpectralImage:
     """Render a scene into a spectral image, split into components.
 
@@ -93,7 +96,7 @@ def render(
         `"llvm"` for the processor, `"cuda"` for an NVIDIA GPU, or `"auto"`: the GPU if it starts, else the processor;
         the attribute `variant` says which. From one seed they trace the same paths up to rounding.
     threads : int, optional
-        Default: all cores this process may use.
+        Default: all cores this process may use; with a client, of each worker, default: those it was started with.
     output : path, optional
         A `.nc` file to stream the image to while it is rendered, so that it need not fit into memory; the
         image returned then reads from it.
@@ -104,13 +107,16 @@ def render(
         Options of the staged method.
     renderer : Renderer, optional
         Another renderer than Mitsuba for the staged method, see `fluorspar.staged.renderers.protocol`.
+    client : distributed.Client, optional
+        Of Dask: its workers render, and the image is the same bit for bit. They need no files of the scene.
 
     Returns
     -------
     SpectralImage
         `radiance(component, y, x, wavelength)`, W m-2 sr-1 nm-1, and its `standard_error`. If the user
         interrupts (Ctrl-C), what is finished is kept, the rest is NaN, and attribute `partial` is 1; of the staged
-        method, whole repeats are kept, and with `until` whole passes.
+        method, whole repeats are kept, and with `until` whole passes. The same holds if the scheduler of a client is
+        lost, or some pixels cannot be rendered by any worker; attribute `fault` says why.
 
     Raises
     ------
@@ -120,6 +126,9 @@ def render(
         If an option is out of range.
     RendererError
         If Mitsuba's variant does not start.
+    ClusterError
+        If the scheduler of a client is lost before anything is finished, or a worker has another version or lacks the
+        variant.
 
     Notes
     -----
@@ -150,7 +159,7 @@ def render(
         threads=threads,
         options=staged,
     )
-    return render_job(job, output=output, progress=progress, renderer=renderer)
+    return render_job(job, output=output, progress=progress, renderer=renderer, client=client)
 
 
 def render_job(
@@ -159,6 +168,7 @@ def render_job(
     output: str | os.PathLike[str] | None = None,
     progress: Progress | bool | None = None,
     renderer: Renderer | None = None,
+    client: Client | None = None,
 ) -> SpectralImage:
     """Render a job, which may come from another process; see `render`.
 
@@ -178,6 +188,19 @@ def render_job(
                 expected="method='staged'",
             )
         )
+    if client is not None:
+        if job.method != "paths" or job.until is not None:
+            got = f"method={job.method!r}" if job.until is None else f"until {job.until}"
+            raise OptionError(
+                message(
+                    "workers render images of a fixed number of samples by the method 'paths'",
+                    got=got,
+                    fix="leave that out, or render without a scheduler",
+                )
+            )
+        from fluorspar.cluster.render_on import render_on
+
+        return render_on(client, job, output=output, progress=shown(progress))
     if job.until is not None:
         from fluorspar.paths.passes import render_passes
 

@@ -140,7 +140,7 @@ def render(
     """Render a scene into a spectral image, split into components."""
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images, stream_target
-    from fluorspar.denoising.extra import check_extra
+    from fluorspar.extras import check_extra
     from fluorspar.rendering import render as render_scene
 
     options = staged_options(
@@ -157,7 +157,7 @@ def render(
     )
     check_images(output, pictures, (scene, mesh))
     if denoise:
-        check_extra()
+        check_extra("denoise")
     loaded = scene_to_trace(
         scene, material=material, library=library, define=define, matte=matte, sensor=sensor, mesh=mesh
     )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.denoising.errors import relative_error
-from fluorspar.denoising.extra import check_extra
+from fluorspar.extras import check_extra
 from fluorspar.denoising.oidn import denoise_channels
 from fluorspar.denoising.pictures import Picture, channels_of_errors, pictures_of, strips
 from fluorspar.denoising.shares import shared_out
@@ -58,7 +58,7 @@ def denoise(
     threads : int, optional
         Default: all cores this process may use.
     """
-    check_extra()
+    check_extra("denoise")
     dataset = image.dataset
     if "denoised" in dataset.attrs:
         how = dataset.attrs["denoised"]

@@ -77,13 +77,17 @@ def fill(
     chunks: Iterable[Chunk],
     job: RenderJob,
     *,
+    tables: SpectralTables | LobeTables | None = None,
     errors: RelativeErrors | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Sweep the light paths of a job into a target, and collect the relative errors of what is kept there."""
+    """Sweep the light paths of a job into a target, and collect the relative errors of what is kept there.
+
+    `tables` are those of `tables_of`, where they are used again.
+    """
     settings = job.scene.settings
     with ThreadPoolExecutor(job.threads or usable_cores()) as pool:
-        tables = tables_of(job)
+        tables = tables or tables_of(job)
         gpu = _gpu(job, tables)
         untold = job.variant == "cuda" and gpu is None and job.stream == 0
         row_length = settings.width if sample_sets(settings) == 2 else None

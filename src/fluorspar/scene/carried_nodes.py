@@ -133,6 +133,7 @@ def _plain(node: Any, index: int) -> _Node:
 def _made(plain: _Node) -> Any:
     import drjit as dr
     import mitsuba as mi
+    from mitsuba.mitsuba_ext import Spectrum  # mi.Spectrum is that of the variant
 
     node, props = mi.parser.SceneNode(), mi.Properties(plain.plugin)
     props.set_id(plain.id)
@@ -145,7 +146,7 @@ def _made(plain: _Node) -> Any:
             value = mi.AffineTransform4d(*map(dr.scalar.Matrix4f64, value))
         elif of == "Spectrum":
             wavelengths, values = value
-            value = mi.Spectrum(wavelengths, values) if wavelengths else mi.Spectrum(values[0])
+            value = Spectrum(wavelengths, values) if wavelengths else Spectrum(values[0])
         elif of == "ResolvedReference":
             value = mi.Properties.ResolvedReference(value)
         elif of == "Any":
