@@ -39,6 +39,7 @@ from fluorspar.cli.scene_options import (
     WavelengthsOption,
     scene_to_trace,
 )
+from fluorspar.cli.workers import SchedulerOption, WorkersOption, client_for
 
 __all__ = ["render"]
 
@@ -53,6 +54,8 @@ _EXAMPLES = """Examples:
   fluorspar render room.xml --size 640x480 --spp 256 --wavelengths 300:780:5 --material left-wall=poster-red -o room.nc
 
   fluorspar render room.xml --until error=1% --max-time 10m -o room.nc
+
+  fluorspar render room.xml --spp 4096 --scheduler tcp://head-node:8786 -o room.nc
 """
 
 
@@ -98,6 +101,8 @@ def render(
     pictures: PicturesOption = None,
     variant: VariantOption = "auto",
     threads: ThreadsOption = None,
+    scheduler: SchedulerOption = None,
+    workers: WorkersOption = None,
     mesh: MeshOption = None,
     emitters: Annotated[
         int | None, typer.Option(help="staged: N x N emitters on a planar surface. [default: 8]")
@@ -163,7 +168,10 @@ def render(
     )
     if until is not None:
         logging.getLogger("fluorspar.paths.passes").setLevel(logging.INFO)  # a line for each pass
-    with console.progress_bar(f"rendering {scene}") as progress:
+    with (
+        client_for(scheduler, workers, threads) as client,
+        console.progress_bar(f"rendering {scene}") as progress,
+    ):
         image = render_scene(
             loaded,
             spp=spp,
@@ -183,6 +191,7 @@ def render(
             output=None if denoise else stream_target(output),
             progress=progress,
             staged=options,
+            client=client,
         )
     _LOG.info("rendered")
     if denoise:
@@ -192,6 +201,8 @@ def render(
     _LOG.info("written")
     if timings:
         print_timings(image)
+    if image.attrs.get("fault"):
+        raise typer.Exit(2)  # a warning has said what it is
     if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
 
