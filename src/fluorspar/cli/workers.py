@@ -23,7 +23,9 @@ SchedulerOption: TypeAlias = Annotated[
 
 WorkersOption: TypeAlias = Annotated[
     int | None,
-    typer.Option(metavar="N", help="Use N worker processes on this machine, of one thread each or --threads."),
+    typer.Option(
+        metavar="N", help="Use N worker processes on this machine, of one thread each or --threads."
+    ),
 ]
 
 

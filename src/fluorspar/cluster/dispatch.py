@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 import uuid
 import warnings
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 __all__ = ["rendered_runs"]
+
+_LOG = logging.getLogger(__name__)
 
 _TASK = 64 * 2**20  # bytes that a task sends back at the most, if it is more than one run
 _BEGUN = 3  # tasks of each worker, of which one is being done: the others are there when it is
@@ -96,7 +99,7 @@ class _Work:
         self._told: set[tuple[type[Warning], str]] = set()
         self._number = 0
         with self._connected(), warnings.catch_warnings():
-            client.wait_for_workers(1)
+            self._wait_for_workers()
             check_workers(client)
             warnings.filterwarnings("ignore", message="Sending large graph", category=UserWarning)
             # A task, not data that are scattered: where the workers that hold it are lost, it is done again.
@@ -184,6 +187,14 @@ class _Work:
                 self.client.replicate(self._job)
         self._workers, self._looked = workers, time.monotonic()
 
+    def _wait_for_workers(self) -> None:
+        """Wait for the first worker, which on a machine with a queue may take hours."""
+        self._check_connection()
+        if not self.client.nthreads():
+            _LOG.warning("waiting for workers")
+        while not self.client.nthreads():
+            time.sleep(0.5)
+
     @contextmanager
     def _connected(self) -> Iterator[None]:
         try:
@@ -199,7 +210,9 @@ class _Work:
 def _lost(client: Client) -> ClusterError:
     address = client.scheduler.address if client.scheduler else ""
     fix = "see whether it still runs, and what it has logged"
-    return ClusterError(message("the connection to the scheduler is lost", where=f"scheduler {address}", fix=fix))
+    return ClusterError(
+        message("the connection to the scheduler is lost", where=f"scheduler {address}", fix=fix)
+    )
 
 
 def _itself(job: SentJob) -> SentJob:

@@ -71,7 +71,12 @@ def render_runs(job: SentJob, runs: list[Run]) -> Done:
     from distributed import get_worker
 
     worker = get_worker()
-    return _THREAD.submit(_render_runs, job, runs, worker.address, worker.state.nthreads).result()
+    try:
+        return _THREAD.submit(_render_runs, job, runs, worker.address, worker.state.nthreads).result()
+    except (
+        Exception
+    ) as err:  # Dask loses an error whose traceback is very long, and the client would wait for it
+        raise err.with_traceback(None) from None
 
 
 def _render_runs(job: SentJob, runs: list[Run], address: str, threads: int) -> Done:
@@ -86,7 +91,9 @@ def _render_runs(job: SentJob, runs: list[Run], address: str, threads: int) -> D
         except FluorsparError as err:
             kind = ClusterError if isinstance(err, RendererError) else type(err)
             raise kind(f"{err}\n  in:       worker {address}") from err
-    told = [(each.category, str(each.message)) for each in caught if issubclass(each.category, FluorsparWarning)]
+    told = [
+        (each.category, str(each.message)) for each in caught if issubclass(each.category, FluorsparWarning)
+    ]
     return Done([target.pixels[run] for run in runs], told)
 
 

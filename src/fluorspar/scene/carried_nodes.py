@@ -55,7 +55,9 @@ class CarriedNodes(KeptNodes):
         self._files: dict[str, bytes] = {}
         self._file_of: dict[int, tuple[str, str]] = {}
         with use_variant(SPECTRUM_VARIANT), resolving(*kept.folders):
-            paths = {i: resolved(node.props["filename"]) for i, node in enumerate(state.nodes) if reads_file(node)}
+            paths = {
+                i: resolved(node.props["filename"]) for i, node in enumerate(state.nodes) if reads_file(node)
+            }
         for index, path in paths.items():
             digest = digests.get(str(path), "")
             self._file_of[index] = digest, path.name
