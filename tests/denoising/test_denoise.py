@@ -12,8 +12,8 @@ import fluorspar
 from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import xyz_from_radiance
 from fluorspar.comparing.whites import lab_of
-from fluorspar.extras import check_extra
 from fluorspar.errors import FluorsparError, ImageError
+from fluorspar.extras import check_extra
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measuring.points import Point
 from fluorspar.spectral.wavelengths import Wavelengths

@@ -6,7 +6,7 @@ import pickle
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +100,7 @@ Images = dict[str, tuple[np.ndarray, np.ndarray]]
 
 
 @pytest.fixture(scope="module")
-def images(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Images]:
+def images(tmp_path_factory: pytest.TempPathFactory) -> Images:
     """The radiance of each scene rendered here, and by another process that got nothing but a pickle."""
     here, pickles = {}, []
     root = tmp_path_factory.mktemp("pickles")
@@ -118,7 +118,7 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Images]:
     )
     assert (other.returncode, other.stderr) == (0, "")
     assert other.stdout.strip() == "['.in-use-by-fluorspar']"
-    yield {path.stem: (here[path.stem], np.load(path.with_suffix(".npy"))) for path in pickles}
+    return {path.stem: (here[path.stem], np.load(path.with_suffix(".npy"))) for path in pickles}
 
 
 @pytest.mark.parametrize("make", SCENES, ids=lambda make: make.__name__)

@@ -72,10 +72,9 @@ def rendered_runs(client: Client, job: RenderJob, runs: Sequence[Run]) -> Genera
                 del future  # the workers forget the result
             for kind, text in done.warned:
                 work.warn(kind, text)
-            for run, pixels in zip(tried, done.pixels, strict=True):
-                yield run, pixels
-            del done
             work.succeeded = True
+            yield from zip(tried, done.pixels, strict=True)
+            del done
     finally:
         work.cancel()
     work.check()

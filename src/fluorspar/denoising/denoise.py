@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.denoising.errors import relative_error
-from fluorspar.extras import check_extra
 from fluorspar.denoising.oidn import denoise_channels
 from fluorspar.denoising.pictures import Picture, channels_of_errors, pictures_of, strips
 from fluorspar.denoising.shares import shared_out
 from fluorspar.denoising.windows import bias_squares, block_factors, mean_around
 from fluorspar.errors import ImageError, message
+from fluorspar.extras import check_extra
 from fluorspar.files.memory import check_memory
 from fluorspar.image.dataset import make_dataset, values_of
 from fluorspar.image.spectral_image import SpectralImage

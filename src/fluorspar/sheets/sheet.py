@@ -16,8 +16,8 @@ from fluorspar.colour.xyz import CIE_1931, xyz_from_radiance
 from fluorspar.comparing.whites import lab_of, white_of
 from fluorspar.denoising.denoise import Surfaces, surfaces_of
 from fluorspar.denoising.denoise import denoise as denoise_image
-from fluorspar.extras import check_extra
 from fluorspar.errors import OptionError, message
+from fluorspar.extras import check_extra
 from fluorspar.files.memory import check_memory
 from fluorspar.image.components import GROUPS, select
 from fluorspar.image.display.appearance import auto_exposure, show, xyz_of

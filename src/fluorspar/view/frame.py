@@ -6,8 +6,8 @@ import atexit
 import html
 from typing import TYPE_CHECKING, Any
 
-from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.extras import check_extra
+from fluorspar.image.spectral_image import SpectralImage
 
 if TYPE_CHECKING:
     from fluorspar.paths.light_paths import LightPaths
