@@ -367,8 +367,8 @@ def workers(spp: int, count: int) -> str:
     overhead = statistics.median(a / c - 1 for a, _, c, _ in times)
     limit = statistics.median(2 * c / d for _, _, c, d in times)
     return (
-        f"2 / 1: {speedup:.2f} x, where two plain renders at once are {limit:.2f} x one; 1 / plain: {100 * overhead:+.0f} %"
-        f"   (512 x 512, {spp} samples, {count} pairs, load {os.getloadavg()[0]:.1f})"
+        f"2 / 1: {speedup:.2f} x, where two plain renders at once are {limit:.2f} x one; "
+        f"1 / plain: {100 * overhead:+.0f} %   (512 x 512, {spp} samples, {count} pairs, load {os.getloadavg()[0]:.1f})"
     )
 
 

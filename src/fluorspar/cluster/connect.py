@@ -83,7 +83,7 @@ def connected(
                     silence_logs=logging.CRITICAL,
                 )
             )
-            yield stack.enter_context(Client(cluster))
+            yield stack.enter_context(Client(cluster, direct_to_workers=True))
             return
         try:
             client = stack.enter_context(Client(scheduler))

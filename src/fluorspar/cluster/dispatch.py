@@ -27,7 +27,10 @@ __all__ = ["rendered_runs"]
 
 _LOG = logging.getLogger(__name__)
 
-_TASK = 64 * 2**20  # bytes that a task sends back at the most, if it is more than one run
+# A task is more than one run where there are many: the scheduler has less to do.
+_RUNS = 8
+_TASK = 64 * 2**20  # bytes that come back at once
+_SHARES = 16  # tasks of each worker at least, so that none waits long for the last
 _BEGUN = 3  # tasks of each worker, of which one is being done: the others are there when it is
 _LOOK = 5.0  # seconds after which new workers are looked for
 _TRIES = 2
@@ -105,9 +108,9 @@ class _Work:
             self._job = client.submit(_itself, sent, key=f"{self._name}-job")
         self._workers: frozenset[str] = frozenset()
         self._look()
-        threads = max(self.client.nthreads().values(), default=1)
         size = max((count for _, count in runs), default=1) * bytes_of_pixel
-        per_task = max(1, min(threads, _TASK // size, len(runs) // (2 * _BEGUN * len(self._workers) or 1)))
+        shares = _SHARES * max(1, len(self._workers))
+        per_task = max(1, min(_RUNS, _TASK // size, len(runs) // shares))
         self._waiting = deque([*runs[i : i + per_task]] for i in range(0, len(runs), per_task))
 
     def begin(self) -> bool:
