@@ -141,7 +141,7 @@ class Scene:
         >>> import pickle
         >>> from fluorspar.scene.loading import load_scene
         >>> len(pickle.loads(pickle.dumps(load_scene("furnace").carried())).nodes.nodes)
-        11
+        9
         """
         return replace(self, _nodes=CarriedNodes(self._nodes, self.name))
 
