@@ -80,6 +80,7 @@ def connected(
                     host=_LOOPBACK,
                     dashboard_address=f"{_LOOPBACK}:0",
                     local_directory=str(temporary_folder()),
+                    preload="fluorspar.cluster.unstoppable",
                     silence_logs=logging.CRITICAL,
                 )
             )

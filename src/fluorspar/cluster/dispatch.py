@@ -186,6 +186,14 @@ class _Work:
         with self._connected():
             workers = frozenset(self.client.nthreads())
             if workers - self._workers:
+                if err := self._job.exception():  # waits until it has reached a worker
+                    raise ClusterError(
+                        message(
+                            "the job does not reach the workers",
+                            got=f"{type(err).__name__}: {err}".partition("\n")[0],
+                            fix="install the same version of Fluorspar where the scheduler and the workers run",
+                        )
+                    ) from err
                 self.client.replicate(self._job)
         self._workers, self._looked = workers, time.monotonic()
 
