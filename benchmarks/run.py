@@ -346,6 +346,77 @@ def comparison(size: int) -> str:
     return "; ".join(found)
 
 
+_PLAIN = """
+import sys, time, fluorspar
+options = dict(size=(512, 512), spp=int(sys.argv[1]), variant="llvm", threads=1)
+fluorspar.render("cornell-box", **options | {"spp": 1, "size": (64, 64)})
+print(flush=True)
+input()
+began = time.perf_counter()
+fluorspar.render("cornell-box", **options)
+print(time.perf_counter() - began)
+"""
+
+
+def plain_renders(count: int, spp: int) -> float:
+    """Seconds until as many plain renders of one thread each have ended that run at once."""
+    command = [sys.executable, "-c", _PLAIN, str(spp)]
+    runs = [
+        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        for _ in range(count)
+    ]
+    for run in runs:
+        assert run.stdout is not None
+        run.stdout.readline()
+    return max([float(answer) for answer in _all_at_once(runs)])
+
+
+def _all_at_once(runs: list[subprocess.Popen[str]]) -> list[str]:
+    for run in runs:
+        assert run.stdin is not None
+        run.stdin.write("\n")
+        run.stdin.flush()
+    return [run.communicate()[0] for run in runs]
+
+
+def workers(spp: int, count: int) -> str:
+    """One and two workers of one thread against a plain render of one thread; and what two processors can do here."""
+    from fluorspar.cluster.connect import connected
+
+    scene = fluorspar.load_scene(SCENE).with_settings(width=512, height=512, spp=spp)
+    few = scene.with_settings(width=64, height=64)
+    with connected(workers=1) as one, connected(workers=2) as two:
+
+        def render_on(client: Any, seed: int) -> float:
+            return seconds(
+                lambda seed: fluorspar.render(scene, seed=seed, client=client, variant="llvm"), seed
+            )
+
+        for client in (one, two):
+            for seed in range(4):
+                fluorspar.render(few, seed=seed, client=client, variant="llvm")
+        times = [
+            (render_on(one, seed), render_on(two, seed), plain_renders(1, spp), plain_renders(2, spp))
+            for seed in range(1, count + 1)
+        ]
+    speedup = statistics.median(a / b for a, b, _, _ in times)
+    overhead = statistics.median(a / c - 1 for a, _, c, _ in times)
+    limit = statistics.median(2 * c / d for _, _, c, d in times)
+    return (
+        f"2 / 1: {speedup:.2f} x, where two plain renders at once are {limit:.2f} x one; "
+        f"1 / plain: {100 * overhead:+.0f} %   (512 x 512, {spp} samples, {count} pairs, load {os.getloadavg()[0]:.1f})"
+    )
+
+
+def client_memory(size: int, spp: int) -> str:
+    """Peak resident memory of the client of a large render to NetCDF, without its workers."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = str(Path(folder, "box.nc"))
+        shape = ("--size", f"{size}x{size}", "--spp", str(spp))
+        took, memory = measured("render", SCENE, *shape, "--variant", "llvm", "--workers", "2", "-o", out)
+    return f"{memory:.2f} GiB in {took:.0f} s   ({size} x {size} x 69, {spp} samples, 2 workers)"
+
+
 def gpu_agreement(name: str, size: int, spp: int) -> str:
     """The same light paths, traced on the GPU, swept there and on the processor: largest deviations."""
     scene = fluorspar.load_scene(name).with_settings(width=size, height=size, spp=spp)
@@ -429,6 +500,8 @@ TABLES: dict[str, tuple[str, Callable[[argparse.Namespace], str]]] = {
     "memory": ("peak memory, 1024 x 1024 x 69, 256 spp, to .nc", lambda _: memory()),
     "batch": ("each render of a batch, one core", lambda _: many(500)),
     "compare": ("compare two images, 1024 x 1024 x 69, 7 components", lambda _: comparison(1024)),
+    "workers": ("workers of one thread each, through Dask", lambda _: workers(256, 3)),
+    "client": ("memory of the client, 2048 x 2048 x 69, to .nc", lambda _: client_memory(2048, 4)),
     "gpu": ("with --variant cuda, where there is a GPU", lambda _: gpu()),
     "cold": ("64 x 64, 16 spp from a cold shell", lambda _: cold_start()),
 }

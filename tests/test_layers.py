@@ -30,6 +30,7 @@ LAYERS = [
     "job",
     "fingerprint",
     "paths",
+    "cluster",
     "staged",
     "rendering",
     "measuring",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 __all__ = [
     "ApproximationWarning",
+    "ClusterError",
     "ExtrapolationWarning",
     "FluorsparError",
     "FluorsparWarning",
@@ -89,6 +90,10 @@ class OptionError(FluorsparError):
 
 class RendererError(FluorsparError):
     """The renderer, LLVM or CUDA is missing or does not work."""
+
+
+class ClusterError(FluorsparError):
+    """A scheduler or its workers are lost, do not fit, or fail."""
 
 
 class FluorsparWarning(UserWarning):

@@ -11,7 +11,7 @@ __all__ = ["check_extra"]
 _NEEDED = {
     "view": ("the window needs", {"fastapi": "fastapi", "uvicorn": "uvicorn"}),
     "denoise": ("denoising needs", {"mitsuba_oidn": "mitsuba-oidn"}),
-    "cluster": ("rendering on a cluster needs", {"distributed": "dask[distributed]"}),
+    "cluster": ("workers and Zarr stores need", {"distributed": "dask[distributed]", "zarr": "zarr"}),
 }
 
 

@@ -21,7 +21,10 @@ from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.until import Until
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from fluorspar.paths.light_paths import LightPaths
+    from fluorspar.paths.render import Fill
     from fluorspar.staged.options import StagedOptions
     from fluorspar.staged.renderers.protocol import Renderer
 
@@ -52,6 +55,7 @@ def render(
     progress: Progress | bool | None = None,
     staged: StagedOptions | None = None,
     renderer: Renderer | None = None,
+    client: Client | None = None,
 ) -> SpectralImage:
     """Render a scene into a spectral image, split into components.
 
@@ -94,7 +98,7 @@ def render(
         `"llvm"` for the processor, `"cuda"` for an NVIDIA GPU, or `"auto"`: the GPU if it starts, else the processor;
         the attribute `variant` says which. From one seed they trace the same paths up to rounding.
     threads : int, optional
-        Default: all cores this process may use.
+        Default: all cores this process may use; with a client, of each worker, default: those it was started with.
     output : path, optional
         A `.nc` file or `.zarr` store to stream the image to while it is rendered, so that it need not fit into
         memory; the image returned then reads from it.
@@ -111,13 +115,16 @@ def render(
         Options of the staged method.
     renderer : Renderer, optional
         Another renderer than Mitsuba for the staged method, see `fluorspar.staged.renderers.protocol`.
+    client : distributed.Client, optional
+        Of Dask: its workers render, and the image is the same bit for bit. They need no files of the scene.
 
     Returns
     -------
     SpectralImage
         `radiance(component, y, x, wavelength)`, W m-2 sr-1 nm-1, and its `standard_error`. If the user
         interrupts (Ctrl-C), what is finished is kept, the rest is NaN, and attribute `partial` is 1; of the staged
-        method, whole repeats are kept, and with `until` whole passes.
+        method, whole repeats are kept, and with `until` whole passes. The same holds if the scheduler of a client is
+        lost, or some pixels cannot be rendered by any worker; attribute `fault` says why.
 
     Raises
     ------
@@ -127,6 +134,9 @@ def render(
         If an option is out of range.
     RendererError
         If Mitsuba's variant does not start.
+    ClusterError
+        If the scheduler of a client is lost before anything is finished, or a worker has another version or lacks the
+        variant.
 
     Notes
     -----
@@ -164,8 +174,20 @@ def render(
         from fluorspar.paths.more_samples import render_more
 
         assert output is not None
-        return render_more(job, output, resume=resume, progress=shown(progress))
-    return render_job(job, output=output, resume=resume, progress=progress, renderer=renderer)
+        fill = _fill(client)
+        return render_more(job, output, resume=resume, progress=shown(progress), fill=fill)
+    return render_job(job, output=output, resume=resume, progress=progress, renderer=renderer, client=client)
+
+
+def _fill(client: Client | None) -> Fill:
+    """Where pixels are rendered: here, or on the workers of a client."""
+    if client is None:
+        from fluorspar.paths.render import fill_here
+
+        return fill_here
+    from fluorspar.cluster.render_on import fill_on
+
+    return fill_on(client)
 
 
 def _check_more(**others: Any) -> None:
@@ -192,6 +214,7 @@ def render_job(
     resume: bool = False,
     progress: Progress | bool | None = None,
     renderer: Renderer | None = None,
+    client: Client | None = None,
 ) -> SpectralImage:
     """Render a job, which may come from another process; see `render`.
 
@@ -213,14 +236,20 @@ def render_job(
                 expected="method='staged'",
             )
         )
-    if job.until is not None:
-        from fluorspar.paths.passes import render_passes
-
-        return render_passes(job, job.until, output=output, resume=resume, progress=shown(progress))
+    if client is not None and job.method != "paths":
+        fix = "use method 'paths', or render without a scheduler"
+        raise OptionError(message("the staged method has no workers", got=f"client={client!r}", fix=fix))
     if job.method == "paths":
+        fill = _fill(client)
+        if job.until is not None:
+            from fluorspar.paths.passes import render_passes
+
+            return render_passes(
+                job, job.until, output=output, resume=resume, progress=shown(progress), fill=fill
+            )
         from fluorspar.paths.render import render_paths
 
-        return render_paths(job, output=output, resume=resume, progress=shown(progress))
+        return render_paths(job, output=output, resume=resume, progress=shown(progress), fill=fill)
 
     from fluorspar.staged.procedure import render_staged
 

@@ -13,8 +13,8 @@ import fluorspar
 from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import xyz_from_radiance
 from fluorspar.comparing.whites import lab_of
-from fluorspar.denoising.extra import check_extra
 from fluorspar.errors import FluorsparError, ImageError
+from fluorspar.extras import check_extra
 from fluorspar.image import computed, dataset
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measuring.points import Point
@@ -198,9 +198,9 @@ def test_darkness_stays_dark() -> None:
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fluorspar.denoising.extra.find_spec", lambda name: None)
+    monkeypatch.setattr("fluorspar.extras.find_spec", lambda name: None)
     with pytest.raises(FluorsparError, match=r'pip install "fluorspar\[denoise\]"'):
-        check_extra()
+        check_extra("denoise")
 
 
 def test_a_large_image_is_denoised_strip_by_strip(

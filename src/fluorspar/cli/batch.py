@@ -9,6 +9,7 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.options import ThreadsOption
+from fluorspar.cli.workers import SchedulerOption, WorkersOption, client_for
 from fluorspar.files.names import text_of
 
 __all__ = ["batch"]
@@ -52,14 +53,19 @@ def batch(
         ),
     ] = None,
     threads: ThreadsOption = None,
+    scheduler: SchedulerOption = None,
+    workers: WorkersOption = None,
 ) -> None:
     """Render a table of scenes, lights and materials; what is done is left out, so the same command goes on."""
     from fluorspar.studies.batch import run_study
     from fluorspar.studies.study import read_study
 
     read = read_study(study, output)
-    with console.progress_bar(f"{len(read.rows)} renders") as progress:
-        results = run_study(read, threads=threads, progress=progress)
+    with (
+        client_for(scheduler, workers, threads) as client,
+        console.progress_bar(f"{len(read.rows)} renders") as progress,
+    ):
+        results = run_study(read, client=client, threads=threads, progress=progress)
     failed = [result for result in results if result.status == "failed"]
     by_fault: dict[str, list[Path]] = {}
     for result in failed:

@@ -42,12 +42,12 @@ def denoise(
     from fluorspar.cli.options import scene_named
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images
-    from fluorspar.denoising.extra import check_extra
+    from fluorspar.extras import check_extra
     from fluorspar.files.names import text_of
     from fluorspar.image.spectral_image import SpectralImage
 
     check_images(output, pictures, (image, scene))
-    check_extra()
+    check_extra("denoise")
     with SpectralImage.open(image) as noisy, console.err.status(f"denoising {text_of(image)}"):
         clean = noisy.denoised(scene=scene_named(scene, define), threads=threads)
     console.out.print(f"denoised: {clean.attrs['denoised']}", markup=False, highlight=False)

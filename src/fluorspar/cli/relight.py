@@ -89,7 +89,7 @@ def relight(
     from fluorspar.cli.options import scene_named
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images, stream_target
-    from fluorspar.denoising.extra import check_extra
+    from fluorspar.extras import check_extra
     from fluorspar.measuring.image_scene import built_in_scene
     from fluorspar.paths.light_paths import load_paths
     from fluorspar.scene.relit import relit
@@ -98,7 +98,7 @@ def relight(
     materials = pairs(material or [], "--material")
     check_images(output, pictures, (paths, *files_named(lights, materials, library or [])))
     if denoise:
-        check_extra()
+        check_extra("denoise")
     kept = load_paths(paths)
     changes: dict[str, Any] = {
         "lights": lights,

@@ -40,6 +40,7 @@ from fluorspar.cli.scene_options import (
     WavelengthsOption,
     scene_to_trace,
 )
+from fluorspar.cli.workers import SchedulerOption, WorkersOption, client_for
 from fluorspar.errors import OptionError, message
 
 __all__ = ["render"]
@@ -57,6 +58,7 @@ _EXAMPLES = """Examples:
   fluorspar render room.xml --until error=1% --max-time 10m -o room.nc
 
   fluorspar render room.xml --spp 4096 -o room.nc --resume
+  fluorspar render room.xml --spp 4096 --scheduler tcp://head-node:8786 -o room.nc
 """
 
 
@@ -110,6 +112,8 @@ def render(
     pictures: PicturesOption = None,
     variant: VariantOption = "auto",
     threads: ThreadsOption = None,
+    scheduler: SchedulerOption = None,
+    workers: WorkersOption = None,
     mesh: MeshOption = None,
     emitters: Annotated[
         int | None, typer.Option(help="staged: N x N emitters on a planar surface. [default: 8]")
@@ -152,7 +156,7 @@ def render(
     """Render a scene into a spectral image, split into components."""
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images, stream_target
-    from fluorspar.denoising.extra import check_extra
+    from fluorspar.extras import check_extra
     from fluorspar.rendering import render as render_scene
 
     options = staged_options(
@@ -169,7 +173,7 @@ def render(
     )
     check_images(output, pictures, (scene, mesh))
     if denoise:
-        check_extra()
+        check_extra("denoise")
     streamed = None if denoise else stream_target(output)
     if denoise and (resume or more_samples):
         what = "--resume" if resume else "--more-samples"
@@ -180,7 +184,10 @@ def render(
     )
     if until is not None:
         logging.getLogger("fluorspar.paths.passes").setLevel(logging.INFO)  # a line for each pass
-    with console.progress_bar(f"rendering {scene}") as progress:
+    with (
+        client_for(scheduler, workers, threads) as client,
+        console.progress_bar(f"rendering {scene}") as progress,
+    ):
         image = render_scene(
             loaded,
             spp=spp,
@@ -202,6 +209,7 @@ def render(
             more_samples=more_samples,
             progress=progress,
             staged=options,
+            client=client,
         )
     _LOG.info("rendered")
     if denoise:
@@ -211,6 +219,8 @@ def render(
     _LOG.info("written")
     if timings:
         print_timings(image)
+    if image.attrs.get("fault"):
+        raise typer.Exit(2)  # a warning has said what it is
     if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
 

@@ -50,9 +50,9 @@ def view(
     """Open a window on images, light paths and scenes: components, spectra, and other lamps and dyes."""
     import webbrowser
 
-    from fluorspar.view.extra import check_extra
+    from fluorspar.extras import check_extra
 
-    check_extra()
+    check_extra("view")
     from fluorspar.view.opening import opened
     from fluorspar.view.security import LOOPBACK
     from fluorspar.view.server import Server

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.denoising.errors import relative_error
-from fluorspar.denoising.extra import check_extra
 from fluorspar.denoising.oidn import denoise_channels
 from fluorspar.denoising.pictures import Picture, channels_of_errors, pictures_of, strips
 from fluorspar.denoising.shares import shared_out
 from fluorspar.denoising.windows import bias_squares, mean_around
 from fluorspar.errors import ImageError, message
+from fluorspar.extras import check_extra
 from fluorspar.image.computed import computed
 from fluorspar.image.dataset import values_of
 from fluorspar.image.spectral_image import SpectralImage
@@ -61,7 +61,7 @@ def denoise(
     threads : int, optional
         Default: all cores this process may use.
     """
-    check_extra()
+    check_extra("denoise")
     dataset = image.dataset
     if "denoised" in dataset.attrs:
         how = dataset.attrs["denoised"]

@@ -19,7 +19,7 @@ from fluorspar.scene.lobes.textures import sigmoid
 from fluorspar.scene.variants import LOBE_VARIANTS, TRACE_VARIANTS, usable_cores, use_variant
 from fluorspar.spectral.light import means_over_bands
 
-__all__ = ["CHUNK", "Run", "runs_of", "trace_chunks", "variant_of"]
+__all__ = ["CHUNK", "Run", "runs_of", "trace_chunks", "tracer_of", "variant_of"]
 
 Run = tuple[int, int]
 """Number of the first pixel of a chunk, and how many pixels it has."""
@@ -50,7 +50,7 @@ def runs_of(job: RenderJob) -> list[Run]:
 
 
 def trace_chunks(
-    job: RenderJob, runs: Iterable[Run] | None = None, *, kept: bool = False
+    job: RenderJob, runs: Iterable[Run] | None = None, *, kept: bool = False, tracer: Any = None
 ) -> Generator[Chunk]:
     """Trace the light paths of one run of pixels after another.
 
@@ -62,6 +62,8 @@ def trace_chunks(
         Some of `runs_of(job)`; default: all. The next one is asked for while the one before is traced.
     kept : bool
         With rows of `numbered`, so that materials may be changed afterwards.
+    tracer : Tracer, optional
+        That of `tracer_of`, where it is used again.
 
     Yields
     ------
@@ -75,7 +77,7 @@ def trace_chunks(
         threads_before = dr.thread_count()
         dr.set_thread_count(job.threads or usable_cores())
         try:
-            tracer = _tracer(job, kept)
+            tracer = tracer or tracer_of(job, kept)
             tracer.on_gpu = not kept and sweeps_on_gpu(job.variant)
             begun: deque[Any] = deque()
             for run in runs_of(job) if runs is None else runs:
@@ -98,7 +100,7 @@ def variant_of(job: RenderJob) -> str:
     return (TRACE_VARIANTS if job.scene.lobes is None else LOBE_VARIANTS)[job.variant]
 
 
-def _tracer(job: RenderJob, kept: bool) -> Any:
+def tracer_of(job: RenderJob, kept: bool = False) -> Any:
     """The tracer for the kind of the scene; the variant must be set."""
     scene, survival = job.scene, _survival(job)
     if kept:

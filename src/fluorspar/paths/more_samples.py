@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from contextlib import closing
 from dataclasses import replace
 
 from fluorspar.errors import OptionError, message
@@ -12,8 +11,8 @@ from fluorspar.fingerprint import fingerprint
 from fluorspar.image.combining import AddedPixels
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
-from fluorspar.paths.chunks import runs_of, trace_chunks
-from fluorspar.paths.render import fill, new_target
+from fluorspar.paths.chunks import runs_of
+from fluorspar.paths.render import Fill, fill_here, new_target
 from fluorspar.paths.resuming import check_image, check_same, label_onto, passes_of
 from fluorspar.progress import Progress
 
@@ -28,6 +27,7 @@ def render_more(
     *,
     resume: bool = False,
     progress: Progress | None = None,
+    fill: Fill = fill_here,
 ) -> SpectralImage:
     """Render a pass of the samples of a job, and combine it with the image that is there.
 
@@ -41,6 +41,8 @@ def render_more(
         Go on with the chunks of the pass that are there.
     progress : callable, optional
         Called with the pixels done and the pixels in all.
+    fill : callable
+        Where it is rendered.
 
     Returns
     -------
@@ -72,8 +74,7 @@ def render_more(
     inner = new_target(job, output, label, resume=resume)
     with AddedPixels(inner, samples, image, sum(passes)) as target:
         left = [run for run in runs_of(job) if not target.has(*run)]
-        with closing(trace_chunks(job, left)) as chunks:
-            fill(target, chunks, job, progress=progress)
+        fill(target, job, left, progress=progress)
         passes.append(samples)
         timings = dict(attrs.get("timings", {}))
         timings["render"] = round(timings.get("render", 0.0) + time.perf_counter() - began, 3)

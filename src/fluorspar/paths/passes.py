@@ -8,7 +8,6 @@ import os
 import time
 import warnings
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -20,8 +19,8 @@ from fluorspar.image.pixels import Target
 from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
-from fluorspar.paths.chunks import runs_of, trace_chunks, variant_of
-from fluorspar.paths.render import fill, keep_finished, new_target
+from fluorspar.paths.chunks import runs_of, variant_of
+from fluorspar.paths.render import Fill, fill_here, keep_finished, new_target
 from fluorspar.paths.resuming import earlier_image, label_onto, passes_of, take_over
 from fluorspar.progress import Progress
 from fluorspar.scene.settings import MOST_SAMPLES
@@ -48,6 +47,7 @@ def render_passes(
     output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
+    fill: Fill = fill_here,
     clock: Callable[[], float] = time.perf_counter,
 ) -> SpectralImage:
     """Render pass after pass, each with its own random numbers, and combine them, until the target is reached.
@@ -65,6 +65,8 @@ def render_passes(
         Go on with the passes, and the chunks of a pass, that are there.
     progress : callable, optional
         Called with the samples done and an estimate of the samples in all.
+    fill : callable
+        Where they are rendered.
     clock : callable, optional
         Gives seconds.
 
@@ -82,7 +84,7 @@ def render_passes(
     FluorsparWarning
         If the target was not reached, or is not going to be.
     """
-    passes = _Passes(job, until, output, resume, progress, clock)
+    passes = _Passes(job, until, output, resume, progress, fill, clock)
     size = job.scene.settings.spp
     try:
         if resume:
@@ -114,6 +116,7 @@ class _Passes:
     output: str | os.PathLike[str] | None
     resume: bool
     progress: Progress | None
+    fill: Fill
     clock: Callable[[], float]
     image: SpectralImage | None = None
     sizes: list[int] = field(default_factory=list)
@@ -178,8 +181,7 @@ class _Passes:
                 else:
                     left.append(run)
             try:
-                with closing(trace_chunks(job, left)) as chunks:
-                    fill(target, chunks, job, errors=errors, progress=self._progress(size))
+                self.fill(target, job, left, errors=errors, progress=self._progress(size))
             except KeyboardInterrupt:
                 if self.image is not None:
                     raise

@@ -5,18 +5,18 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
-from fluorspar.errors import FluorsparWarning
+from fluorspar.errors import ClusterError, FluorsparWarning
 from fluorspar.fingerprint import fingerprint
 from fluorspar.image.pixels import PixelsInFile, PixelsInMemory, Target
 from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
-from fluorspar.paths.chunks import runs_of, trace_chunks
+from fluorspar.paths.chunks import Run, runs_of, trace_chunks
 from fluorspar.paths.log import Chunk
 from fluorspar.paths.resuming import check_passes, earlier_image, earlier_left, say_unfinished, take_over
 from fluorspar.paths.sweeping.gpu import sweeps_on_gpu, why_not_on_gpu
@@ -30,7 +30,43 @@ from fluorspar.scene.variants import usable_cores
 if TYPE_CHECKING:
     from fluorspar.paths.sweeping.cuda_sweep import SweepOnGpu
 
-__all__ = ["fill", "keep_finished", "new_target", "render_chunks", "render_paths", "tables_of"]
+__all__ = [
+    "Fill",
+    "fill",
+    "fill_here",
+    "keep_finished",
+    "new_target",
+    "render_chunks",
+    "render_paths",
+    "tables_of",
+]
+
+
+class Fill(Protocol):
+    """Puts runs of pixels of a job into a target: traced and swept here, or on workers."""
+
+    def __call__(
+        self,
+        target: Target,
+        job: RenderJob,
+        runs: list[Run],
+        *,
+        errors: RelativeErrors | None = None,
+        progress: Progress | None = None,
+    ) -> None: ...
+
+
+def fill_here(
+    target: Target,
+    job: RenderJob,
+    runs: list[Run],
+    *,
+    errors: RelativeErrors | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Trace and sweep runs of pixels of a job into a target, and collect the relative errors of what is kept there."""
+    with closing(trace_chunks(job, runs)) as chunks:
+        fill(target, chunks if runs else (), job, errors=errors, progress=progress)
 
 
 def render_paths(
@@ -39,6 +75,7 @@ def render_paths(
     output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
+    fill: Fill = fill_here,
 ) -> SpectralImage:
     """Trace and sweep a job into an image of all components.
 
@@ -46,16 +83,18 @@ def render_paths(
     ----------
     job : RenderJob
     output : path-like, optional
-        A `.nc` file to stream the image to.
+        A `.nc` file or `.zarr` store to stream the image to.
     resume : bool
         Go on with what is there of it, if anything is.
     progress : callable, optional
         Called with the pixels done and the pixels in all, after each chunk.
+    fill : callable
+        Where it is done.
 
     Returns
     -------
     SpectralImage
-        Partial, with the rest NaN, if the user interrupted.
+        Partial, with the rest NaN, if the user interrupted; or if workers have failed, which attribute `fault` says.
     """
     label = fingerprint(job)
     earlier = None
@@ -69,8 +108,7 @@ def render_paths(
             take_over(target, earlier, runs_of(job))
             earlier.close()
         left = [run for run in runs_of(job) if not target.has(*run)]
-        with closing(trace_chunks(job, left)) as chunks:
-            return _image(target, chunks if left else (), job, {"fingerprint": label}, progress)
+        return _image(target, job, label, lambda: fill(target, job, left, progress=progress))
 
 
 def render_chunks(
@@ -102,20 +140,29 @@ def render_chunks(
         Partial, with the rest NaN, if the user interrupted.
     """
     with new_target(job, output) as target:
-        return _image(target, chunks, job, {"fingerprint": label}, progress)
+        return _image(target, job, label, lambda: fill(target, chunks, job, progress=progress))
 
 
 def _image(
-    target: Target, chunks: Iterable[Chunk], job: RenderJob, attrs: dict[str, Any], progress: Progress | None
+    target: Target, job: RenderJob, label: Mapping[str, str] | None, work: Callable[[], None]
 ) -> SpectralImage:
+    """Do the work that fills a target, and finish it; what is finished is kept if the work is not."""
     began = time.perf_counter()
     pixels = job.scene.settings.width * job.scene.settings.height
+    fault = None
     try:
-        fill(target, chunks, job, progress=progress)
+        work()
     except KeyboardInterrupt:
         keep_finished(target, pixels)
+    except ClusterError as err:
+        if target.kept == 0:
+            raise
+        fault = str(err)
+        text = f"{target.kept} of {pixels} pixels are finished, the others are NaN: {fault}"
+        warnings.warn(text, FluorsparWarning, stacklevel=5)
     timings = {"render": round(time.perf_counter() - began, 3)}
-    return target.image({**job.attrs, **attrs, "timings": timings}, partial=target.kept < pixels)
+    attrs = {**job.attrs, "fingerprint": label, "timings": timings, "fault": fault}
+    return target.image(attrs, partial=target.kept < pixels)
 
 
 def new_target(
@@ -154,13 +201,17 @@ def fill(
     chunks: Iterable[Chunk],
     job: RenderJob,
     *,
+    tables: SpectralTables | LobeTables | None = None,
     errors: RelativeErrors | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Sweep the light paths of a job into a target, and collect the relative errors of what is kept there."""
+    """Sweep the light paths of a job into a target, and collect the relative errors of what is kept there.
+
+    `tables` are those of `tables_of`, where they are used again.
+    """
     settings = job.scene.settings
     with ThreadPoolExecutor(job.threads or usable_cores()) as pool:
-        tables = tables_of(job)
+        tables = tables or tables_of(job)
         gpu = _gpu(job, tables)
         untold = job.variant == "cuda" and gpu is None and job.stream == 0
         row_length = settings.width if sample_sets(settings) == 2 else None

@@ -14,7 +14,7 @@ from fluorspar.scene.nodes import kind, resolved, resolving
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.variants import SPECTRUM_VARIANT, use_variant
 
-__all__ = ["Fingerprint", "KeptNodes", "fingerprint"]
+__all__ = ["Fingerprint", "KeptNodes", "fingerprint", "reads_file"]
 
 
 @dataclass(frozen=True)
@@ -36,17 +36,18 @@ class Fingerprint:
 
 def fingerprint(state: Any) -> Fingerprint:
     """Take the fingerprint of a parsed scene; its folder must be that of Mitsuba's file resolver."""
-    read_again = [
-        str(resolved(node.props["filename"]))
-        for node in state.nodes
-        if kind(node) in ("Shape", "Texture", "Emitter") and "filename" in node.props
-    ]
+    read_again = [str(resolved(node.props["filename"])) for node in state.nodes if reads_file(node)]
     names = [*map(str, state.files), *read_again]
     plugins = "\n".join(f"{node.props.plugin_name()} {node.props.id()}" for node in state.nodes)
     return Fingerprint(
         tuple((name, _digest(Path(name))) for name in names),
         hashlib.sha256(plugins.encode()).hexdigest(),
     )
+
+
+def reads_file(node: Any) -> bool:
+    """Whether Mitsuba reads a file when it builds a node: a mesh or a picture."""
+    return kind(node) in ("Shape", "Texture", "Emitter") and "filename" in node.props
 
 
 def _digest(path: Path) -> str:
@@ -68,7 +69,7 @@ class KeptNodes:
     Attributes
     ----------
     fingerprint : Fingerprint
-        Of what was loaded.
+        Of the scene when it was loaded.
     folders : tuple of str
         Where Mitsuba looks for the files of the scene: those that the scene names (`<path>`), its own, and others.
     """

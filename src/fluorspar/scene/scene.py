@@ -11,6 +11,7 @@ from fluorspar.bispectral.donaldson import DonaldsonMatrix, Stokes
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import FluorsparError
 from fluorspar.notebook import facts_table
+from fluorspar.scene.carried_nodes import CarriedNodes
 from fluorspar.scene.kept_nodes import KeptNodes
 from fluorspar.scene.lights import Light
 from fluorspar.scene.lobes.lobe import Lobes
@@ -127,6 +128,23 @@ class Scene:
 
         key = make, mi.variant(), self.settings.width, self.settings.height
         return self._nodes.made(key, lambda: make(self))
+
+    def carried(self) -> Scene:
+        """Copy the scene with the contents of its files: once pickled, it can be rendered on any machine.
+
+        Raises
+        ------
+        SceneError
+            If its meshes or pictures have changed, or are gone, since it was loaded.
+
+        Examples
+        --------
+        >>> import pickle
+        >>> from fluorspar.scene.loading import load_scene
+        >>> len(pickle.loads(pickle.dumps(load_scene("furnace").carried())).nodes.nodes)
+        9
+        """
+        return replace(self, _nodes=CarriedNodes(self._nodes, self.name))
 
     @property
     def files(self) -> tuple[tuple[str, str], ...] | None:

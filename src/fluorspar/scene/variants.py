@@ -108,6 +108,13 @@ def _set_variant(name: str) -> None:
         mi.set_variant(name)
 
 
+def _variant() -> str | None:
+    import mitsuba as mi
+
+    name: str | None = mi.variant()
+    return name
+
+
 @cache
 def fastest_variant() -> str:
     """Name what traces fastest here: `"cuda"` where there are a GPU's driver and OptiX, else `"llvm"`.
@@ -153,7 +160,7 @@ def use_variant(name: str) -> Iterator[None]:
             with renderer_log():
                 yield
         finally:
-            if before is not None:
+            if before is not None and before != _variant():
                 _set_variant(before)
 
 
@@ -163,9 +170,11 @@ def _change_variant(name: str) -> str | None:
     with undisturbed():
         import mitsuba as mi
 
-    before: str | None = mi.variant()
+    before = _variant()
     if name.startswith("llvm"):
         _check_llvm()
+    if name == before:  # to set it again would take 0.1 s
+        return before
     try:
         _set_variant(name)
     except ImportError as err:

@@ -15,8 +15,8 @@ from fluorspar.colour.xyz import CIE_1931, xyz_from_radiance
 from fluorspar.comparing.whites import lab_of, white_of
 from fluorspar.denoising.denoise import Surfaces, surfaces_of
 from fluorspar.denoising.denoise import denoise as denoise_image
-from fluorspar.denoising.extra import check_extra
 from fluorspar.errors import OptionError, message
+from fluorspar.extras import check_extra
 from fluorspar.files.memory import check_memory
 from fluorspar.image.components import GROUPS, select
 from fluorspar.image.display.appearance import auto_exposure, show, xyz_of
@@ -147,7 +147,7 @@ def sheet(
         expected = "same, each, or a positive number"
         raise OptionError(message("there is no such exposure", got=repr(exposure), expected=expected))
     if denoise:
-        check_extra()
+        check_extra("denoise")
     kept = _paths_of(paths)
     grid = kept.job.grid if wavelengths is None else read_grid(wavelengths)
     of_light = {"same_luminance": same_luminance, "library": library}

@@ -196,7 +196,7 @@ def _results(
 
     futures = {client.submit(_task, group, threads, pure=False): group for group in groups}
     try:
-        for future in as_completed(futures):  # type: ignore[no-untyped-call]
+        for future in as_completed(futures):
             rows = futures[future].rows
             try:
                 results = future.result()

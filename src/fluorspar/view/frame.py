@@ -6,8 +6,8 @@ import atexit
 import html
 from typing import TYPE_CHECKING, Any
 
+from fluorspar.extras import check_extra
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.view.extra import check_extra
 
 if TYPE_CHECKING:
     from fluorspar.paths.light_paths import LightPaths
@@ -72,7 +72,7 @@ def frame(shown: SpectralImage | LightPaths, *, height: int = 720, port: int = 0
     True
     >>> window.close()
     """
-    check_extra()
+    check_extra("view")
     from fluorspar.view.paths_source import PathsSource
     from fluorspar.view.server import Server
     from fluorspar.view.sources import ImageSource, Source

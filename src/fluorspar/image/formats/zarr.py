@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fluorspar.errors import FluorsparError, ImageError, message
+from fluorspar.extras import check_extra
 from fluorspar.files.folders import TemporaryFolder, check_folder
 from fluorspar.files.writing import undisturbed, write_error
 from fluorspar.image.dataset import (
@@ -19,7 +20,7 @@ from fluorspar.image.dataset import (
     values_of,
 )
 from fluorspar.image.formats.foreign_netcdf import normalised
-from fluorspar.image.formats.zarr_layout import check_extra, create, is_store, put
+from fluorspar.image.formats.zarr_layout import create, is_store, put
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +38,7 @@ def check_zarr_target(path: str | os.PathLike[str]) -> Path:
     ImageError
         If the store cannot be made there, or what is there is something else.
     """
-    check_extra()
+    check_extra("cluster")
     return check_folder(path, is_store, "Zarr store")
 
 
@@ -125,7 +126,7 @@ def read_zarr(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     import xarray as xr
 
-    check_extra()
+    check_extra("cluster")
     path = Path(path)
     if not path.exists():
         raise ImageError(message("the Zarr store does not exist", where=path))

@@ -5,13 +5,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fluorspar.errors import FluorsparError, message
 from fluorspar.image.dataset import DIMS, VARIABLES, WAVELENGTH_ATTRS, plain_attrs, variable_attrs
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -20,23 +18,10 @@ if TYPE_CHECKING:
 
     import zarr
 
-__all__ = ["check_extra", "chunk_shape", "create", "describe", "is_store", "put"]
+__all__ = ["chunk_shape", "create", "describe", "is_store", "put"]
 
 _CHUNK_BYTES = 2 * 2**20
 _CHUNK_ROWS = 16  # few, since renders come row by row, and whole chunks are written
-
-
-def check_extra() -> None:
-    """Find out whether the package `zarr` is installed.
-
-    Raises
-    ------
-    FluorsparError
-        If it is not; the message says how to install it.
-    """
-    if find_spec("zarr") is None:
-        fault, fix = "Zarr stores need a package that is not installed", 'pip install "fluorspar[cluster]"'
-        raise FluorsparError(message(fault, got="no zarr", fix=fix))
 
 
 def is_store(folder: Path) -> bool:

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
+from fluorspar.extras import check_extra
 from fluorspar.files.folders import TemporaryFolder, check_folder
 from fluorspar.files.writing import undisturbed, write_error
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.dataset import VARIABLES, plain_attrs
-from fluorspar.image.formats.zarr_layout import check_extra, chunk_shape, create, describe, is_store, put
+from fluorspar.image.formats.zarr_layout import chunk_shape, create, describe, is_store, put
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["ZarrWriter"]
@@ -88,7 +89,7 @@ class ZarrWriter:
         components: Sequence[str] = COMPONENTS,
         label: Mapping[str, str] | None = None,
     ) -> None:
-        check_extra()
+        check_extra("cluster")
         self.wavelengths = wavelengths
         self.height, self.width = height, width
         self.attrs = plain_attrs(attrs or {})

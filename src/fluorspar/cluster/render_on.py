@@ -1,0 +1,71 @@
+"""Fill an image with what the workers of a Dask client render."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import closing
+from typing import TYPE_CHECKING
+
+from fluorspar.cluster.dispatch import rendered_runs
+from fluorspar.image.pixels import Pixels, Target
+from fluorspar.image.relative_error import RelativeErrors
+from fluorspar.job import RenderJob
+from fluorspar.paths.chunks import Run
+from fluorspar.paths.render import Fill
+from fluorspar.progress import Progress
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+__all__ = ["fill_on", "put"]
+
+
+def fill_on(client: Client) -> Fill:
+    """Make a function that puts runs of pixels of a job into a target, rendered by the workers of a client.
+
+    The pixels are the same bit for bit as those that are rendered here. The function raises
+
+    ClusterError
+        If the scheduler is lost, a worker does not fit, or runs of pixels have failed again and again; the others are
+        kept then.
+    Exception
+        What workers raise, if nothing succeeds.
+    """
+
+    def fill(
+        target: Target,
+        job: RenderJob,
+        runs: list[Run],
+        *,
+        errors: RelativeErrors | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        pixels = job.scene.settings.width * job.scene.settings.height
+        if runs:
+            with closing(rendered_runs(client, job, runs)) as results:
+                put(target, results, pixels, errors=errors, progress=progress)
+
+    return fill
+
+
+def put(
+    target: Target,
+    results: Iterable[tuple[Run, Pixels]],
+    pixels: int,
+    *,
+    errors: RelativeErrors | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Put what comes from workers into a target, an image of so many pixels."""
+    for (first, count), came in results:
+        room, at = target.room(first, count)
+        own = room[at : at + count]
+        own.radiance[:], own.standard_error[:] = came.radiance, came.standard_error
+        if own.component_standard_error is not None:
+            own.component_standard_error[:] = came.component_standard_error
+        del came
+        target.keep(first, count)
+        if errors is not None:
+            errors.add(first, own)
+        if progress:
+            progress(target.kept, pixels)

@@ -1,0 +1,150 @@
+"""What a worker does: trace some runs of pixels of a job and sweep them."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from types import TracebackType
+from typing import Any
+
+from fluorspar.cluster.versions import check_versions, versions_here
+from fluorspar.errors import ClusterError, FluorsparError, FluorsparWarning, RendererError
+from fluorspar.image.pixels import Pixels
+from fluorspar.job import RenderJob
+from fluorspar.paths.chunks import Run, trace_chunks, tracer_of, variant_of
+from fluorspar.paths.render import fill, tables_of
+from fluorspar.scene.variants import use_variant
+
+__all__ = ["Done", "SentJob", "render_runs"]
+
+# Dr.Jit and Mitsuba have one state in a process, so all tasks of a worker are done in one thread, one after another.
+_THREAD = ThreadPoolExecutor(1, "fluorspar")
+
+
+@dataclass(frozen=True)
+class SentJob:
+    """A job on its way to workers.
+
+    Attributes
+    ----------
+    versions : dict of str to str
+        See `versions_here`.
+    pickled : bytes
+        The `RenderJob`, with the contents of the scene's files.
+    """
+
+    versions: dict[str, str]
+    pickled: bytes
+
+    @classmethod
+    def of(cls, job: RenderJob) -> SentJob:
+        """Pack a job.
+
+        Raises
+        ------
+        SceneError
+            If a mesh or picture of the scene has changed, or is gone.
+        """
+        return cls(versions_here(), pickle.dumps(replace(job, scene=job.scene.carried())))
+
+
+@dataclass(frozen=True)
+class Done:
+    """What comes back: the pixels of each run, and what was warned of."""
+
+    pixels: list[Pixels]
+    warned: list[tuple[type[FluorsparWarning], str]]
+
+
+def render_runs(job: SentJob, runs: list[Run]) -> Done:
+    """Render some of the runs of pixels of a job, with the threads of this worker; a task of Dask.
+
+    Raises
+    ------
+    ClusterError
+        If this worker has other versions than the client, or lacks the variant of the job.
+    """
+    from distributed import get_worker
+
+    worker = get_worker()
+    try:
+        return _THREAD.submit(_render_runs, job, runs, worker.address, worker.state.nthreads).result()
+    except (
+        Exception
+    ) as err:  # Dask loses an error whose traceback is very long, and the client would wait for it
+        raise err.with_traceback(None) from None
+
+
+def _render_runs(job: SentJob, runs: list[Run], address: str, threads: int) -> Done:
+    check_versions(job.versions, versions_here(), address)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", FluorsparWarning)
+        try:
+            opened = _open(job.pickled, threads)
+            target = _Kept(opened.job)
+            with closing(trace_chunks(opened.job, runs, tracer=opened.tracer)) as chunks:
+                fill(target, chunks, opened.job, tables=opened.tables)
+        except FluorsparError as err:
+            kind = ClusterError if isinstance(err, RendererError) else type(err)
+            raise kind(f"{err}\n  in:       worker {address}") from err
+    told = [
+        (each.category, str(each.message)) for each in caught if issubclass(each.category, FluorsparWarning)
+    ]
+    return Done([target.pixels[run] for run in runs], told)
+
+
+@dataclass(frozen=True)
+class _Opened:
+    job: RenderJob
+    tables: Any
+    tracer: Any
+
+
+@lru_cache(maxsize=2)
+def _open(pickled: bytes, threads: int) -> _Opened:
+    """Unpack a job, once, and build its scene."""
+    job: RenderJob = pickle.loads(pickled)
+    job = replace(job, threads=job.threads or threads)
+    with use_variant(variant_of(job)):
+        return _Opened(job, tables_of(job), tracer_of(job))
+
+
+class _Kept:
+    """A `Target` that keeps runs of pixels apart."""
+
+    def __init__(self, job: RenderJob) -> None:
+        self._bands, self._component_errors = len(job.grid), job.component_errors
+        self._begun: Pixels
+        self.pixels: dict[Run, Pixels] = {}
+
+    def __enter__(self) -> _Kept:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        pass
+
+    @property
+    def kept(self) -> int:
+        return sum(count for _, count in self.pixels)
+
+    def has(self, first: int, count: int) -> bool:
+        return (first, count) in self.pixels
+
+    def stored(self, first: int, count: int) -> Pixels:
+        return self.pixels[first, count]
+
+    def room(self, first: int, count: int) -> tuple[Pixels, int]:
+        self._begun = Pixels.empty(count, self._bands, self._component_errors)
+        return self._begun, 0
+
+    def keep(self, first: int, count: int) -> None:
+        self.pixels[first, count] = self._begun
+
+    def image(self, attrs: Any, *, partial: bool) -> Any:
+        raise NotImplementedError

@@ -1,0 +1,101 @@
+"""One image on two workers is that of one process, bit for bit."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from distributed import Client
+
+import fluorspar
+from fluorspar.errors import FluorsparWarning, OptionError
+from fluorspar.image.spectral_image import SpectralImage
+
+OPTIONS: dict[str, Any] = {"size": (48, 32), "spp": 16, "seed": 5, "variant": "llvm"}
+
+
+def assert_same(a: SpectralImage, b: SpectralImage) -> None:
+    assert set(a.dataset.data_vars) == set(b.dataset.data_vars)
+    for name, values in a.dataset.data_vars.items():
+        np.testing.assert_array_equal(values.values, b.dataset[name].values)
+    different = {key for key, value in a.attrs.items() if value != b.attrs[key]}
+    assert different <= {"timings"}
+
+
+@pytest.mark.usefixtures("small_runs")
+@pytest.mark.parametrize("scene", ["cornell-box", "still-life"])
+def test_two_workers_make_the_same_image(scene: str, client: Client, tmp_path: Path) -> None:
+    """Expected: the same bits in memory and in a file, with errors of components, matte and with textures."""
+    here = fluorspar.render(scene, **OPTIONS, component_errors=True)
+    done: list[tuple[int, int]] = []
+    file = tmp_path / "a.nc"
+    there = fluorspar.render(
+        scene,
+        **OPTIONS,
+        component_errors=True,
+        client=client,
+        output=file,
+        progress=lambda a, b: done.append((a, b)),
+    )
+    assert_same(here, there)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+    assert len(done) == 6
+    assert done == sorted(done)
+    assert done[-1] == (48 * 32, 48 * 32)
+
+
+def test_it_stays_in_memory_without_a_file(client: Client) -> None:
+    assert_same(fluorspar.render("furnace", **OPTIONS), fluorspar.render("furnace", **OPTIONS, client=client))
+
+
+def test_workers_forget_the_results(client: Client) -> None:
+    fluorspar.render("furnace", **OPTIONS, client=client)
+    until = time.monotonic() + 10
+    while held := [key for keys in client.has_what().values() for key in keys]:
+        assert time.monotonic() < until, held
+
+
+def test_what_a_worker_warns_of_is_told_once(client: Client, tmp_path: Path, small_runs: None) -> None:
+    """A small object far away: the rays to it begin and end inexactly, which is found when the scene is built."""
+    path = tmp_path / "far.xml"
+    path.write_text(
+        """<scene version="3.0.0"> <sensor type="perspective"> <film type="hdrfilm"> <rfilter type="box"/> </film>
+        <transform name="to_world"> <lookat origin="1000000, 0, 5" target="1000000, 0, 0" up="0, 1, 0"/> </transform>
+        </sensor> <emitter type="constant"/> <shape type="sphere"> <point name="center" x="1000000" y="0" z="0"/>
+        <bsdf type="diffuse"/> </shape> </scene>"""
+    )
+    with pytest.warns(FluorsparWarning) as here:
+        fluorspar.render(str(path), **OPTIONS)
+    with pytest.warns(FluorsparWarning) as there:
+        fluorspar.render(str(path), **OPTIONS, client=client)
+    assert [str(each.message) for each in there] == [str(each.message) for each in here]
+
+
+def test_what_workers_do_not_do_is_refused(client: Client) -> None:
+    with pytest.raises(OptionError, match="render without a scheduler"):
+        fluorspar.render("furnace", **OPTIONS, method="staged", client=client)
+
+
+@pytest.mark.usefixtures("small_runs")
+def test_passes_and_samples_on_workers(client: Client, tmp_path: Path) -> None:
+    """Expected: passes, an interruption, and more samples end with the bits that one process makes."""
+    here, there = tmp_path / "here.nc", tmp_path / "there.nc"
+    options = {**OPTIONS, "until": "error=20%"}
+    fluorspar.render("cornell-box", **options, output=here)
+
+    def interrupt(done: int, whole: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.warns(FluorsparWarning, match="interrupted"):
+        fluorspar.render("cornell-box", **options, output=there, client=client, progress=interrupt)
+    fluorspar.render("cornell-box", **options, output=there, client=client, resume=True)
+    assert_same(SpectralImage.open(here), SpectralImage.open(there))
+    more = {**OPTIONS, "spp": None, "more_samples": 8}
+    images = [
+        fluorspar.render("cornell-box", **more, output=file, client=workers)
+        for file, workers in ((here, None), (there, client))
+    ]
+    assert_same(*images)
