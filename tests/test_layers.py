@@ -25,6 +25,7 @@ LAYERS = [
     "bispectral",
     "image",
     "scene",
+    "blender",
     "until",
     "job",
     "paths",

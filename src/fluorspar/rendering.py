@@ -50,7 +50,7 @@ def render(
     output: str | os.PathLike[str] | None = None,
     progress: Progress | bool | None = None,
     staged: StagedOptions | None = None,
-    renderer: Renderer | None = None,
+    renderer: Renderer | str | None = None,
 ) -> SpectralImage:
     """Render a scene into a spectral image, split into components.
 
@@ -102,8 +102,10 @@ def render(
         staged method).
     staged : StagedOptions, optional
         Options of the staged method.
-    renderer : Renderer, optional
-        Another renderer than Mitsuba for the staged method, see `fluorspar.staged.renderers.protocol`.
+    renderer : str or Renderer, optional
+        What renders for the staged method: `"mitsuba"` (default), `"cycles"` (Blender, a process of its own: that of
+        the environment variable `BLENDER`, else the one of the search path), or another one, see
+        `fluorspar.staged.renderers.protocol`.
 
     Returns
     -------
@@ -119,7 +121,7 @@ def render(
     OptionError
         If an option is out of range.
     RendererError
-        If Mitsuba's variant does not start.
+        If Mitsuba's variant does not start, or Blender is missing, too old, ends or hangs.
 
     Notes
     -----
@@ -158,7 +160,7 @@ def render_job(
     *,
     output: str | os.PathLike[str] | None = None,
     progress: Progress | bool | None = None,
-    renderer: Renderer | None = None,
+    renderer: Renderer | str | None = None,
 ) -> SpectralImage:
     """Render a job, which may come from another process; see `render`.
 
@@ -190,8 +192,9 @@ def render_job(
             return render_chunks(chunks, job, output=output, progress=shown(progress))
 
     from fluorspar.staged.procedure import render_staged
+    from fluorspar.staged.renderers.named import renderer_of
 
-    image = render_staged(job, progress=shown(progress), renderer=renderer)
+    image = render_staged(job, progress=shown(progress), renderer=renderer_of(renderer))
     if output is None:
         return image
     image.save(output)
