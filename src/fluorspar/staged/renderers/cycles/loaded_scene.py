@@ -18,12 +18,12 @@ from fluorspar.staged.emitters.mesh import TriangleMesh
 from fluorspar.staged.emitters.patches import EmitterArray
 from fluorspar.staged.options import ALBEDO_FLOOR
 from fluorspar.staged.renderers.cycles.passes_file import read_passes
-from fluorspar.staged.renderers.cycles.plan import camera_plan, light_plans, mesh_plans
+from fluorspar.staged.renderers.cycles.plan import Frame, camera_plan, light_plans, mesh_plans
 
 __all__ = ["CyclesScene"]
 
 _BOUNCES = 1024  # the most that Blender takes
-_PROBE = 1e-3  # edge of the triangle at which light is measured, in extents of the scene
+_PROBE = 1e-3  # edge of the triangles at which light is measured, in units of the frame
 
 Array = NDArray[np.float64]
 Pixels = NDArray[np.float32]
@@ -55,8 +55,7 @@ class CyclesScene:
     ) -> None:
         self._process, self._number, self._scene = process, number, scene
         self._emitter_of_face = array.patch_of_face if array is not None and by_patch else None
-        corners = np.concatenate([mesh.vertices for mesh in meshes])
-        self._extent = float(np.ptp(corners, axis=0).max())
+        self._frame = frame = Frame.of(meshes)
         self.seconds = 0.0
         self._kept: tuple[Any, dict[str, Pixels]] = (None, {})
         self._looked: Any = None
@@ -66,9 +65,9 @@ class CyclesScene:
             "size": (settings.width, settings.height),
             "threads": threads,
             "rr_depth": settings.rr_depth,
-            "camera": camera_plan(scene),
-            "lights": light_plans(scene) if array is None else [],
-            "meshes": mesh_plans(process, scene, meshes, array, keep_object),
+            "camera": camera_plan(scene, frame),
+            "lights": light_plans(scene, frame) if array is None else [],
+            "meshes": mesh_plans(process, scene, frame, meshes, array, keep_object),
         }
         file = process.name(".json")
         with open(file, "w", encoding="utf-8") as text:
@@ -143,11 +142,11 @@ class CyclesScene:
         process.ask(
             "look",
             number=self._number,
-            points=process.put(points, "f4"),
+            points=process.put(self._frame(points), "f4"),
             normals=process.put(normals, "f4"),
             side=side,
-            offset=offset,
-            size=_PROBE * self._extent,
+            offset=offset / self._frame.unit,
+            size=_PROBE,
             out=out,
         )
         self._looked, self._seen = key, np.fromfile(out, dtype=np.bool_)

@@ -41,7 +41,11 @@ def setup(scene: Any, threads: int, rr_depth: int) -> None:
     render.use_persistent_data = True
     render.use_compositing = render.use_sequencer = render.use_motion_blur = False
     chosen = {
-        "samples": 1,
+        # the sample number 0 goes through the centre of its pixel, all others through random points
+        "sample_offset": 1,
+        "use_sample_subset": True,
+        "sample_subset_length": 1,
+        "samples": 2 if bpy.app.version >= (4, 4) else 1,
         "use_adaptive_sampling": False,
         "use_denoising": False,
         "sample_clamp_direct": 0,
@@ -56,7 +60,8 @@ def setup(scene: Any, threads: int, rr_depth: int) -> None:
         "sampling_pattern": "TABULATED_SOBOL" if bpy.app.version >= (4, 0) else "SOBOL",
     }
     for name, value in chosen.items():
-        setattr(cycles, name, value)
+        if hasattr(cycles, name):
+            setattr(cycles, name, value)
     settings = render.image_settings
     if hasattr(settings, "media_type"):
         settings.media_type = "MULTI_LAYER_IMAGE"
@@ -96,7 +101,7 @@ class Loaded:
         self.camera_size: tuple[int, int] = tuple(plan["size"])
         setup(self.scene, plan["threads"], plan["rr_depth"])
         self.albedo_sockets: list[tuple[int, Any]] = []
-        self.emission_sockets: list[tuple[int, Any]] = []
+        self.emission_sockets: list[tuple[int, Any]] = []  # rows of the table of lights, and where they go
         self.faces: Any = None  # the attribute of the mesh whose faces emit differently
         self.sides: list[list[int]] = []  # of each triangle, which sides its front and back are
         self.corners: list[Any] = []
@@ -182,7 +187,7 @@ class Loaded:
         return node.outputs[0]
 
     def add_light(
-        self, *, number: int, plugin: str, place: list[list[float]], cutoff: float, beam: float
+        self, *, number: int, plugin: str, place: list[list[float]], scale: float, cutoff: float, beam: float
     ) -> None:
         """Add a light that is on no surface."""
         if plugin == "constant":
@@ -198,7 +203,7 @@ class Loaded:
             lamp.angle = 0.0
         else:
             lamp.shadow_soft_size = 0.0
-            lamp.energy = 4 * math.pi  # W: an intensity of 1 W/sr
+            lamp.energy = 4 * math.pi * scale  # W: an intensity of `scale` W/sr
         thing = self.link("light", lamp)
         thing.matrix_world = Matrix(place)
         tree = Tree(lamp)
