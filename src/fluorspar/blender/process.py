@@ -15,6 +15,7 @@ import subprocess
 import tempfile
 import threading
 from collections import deque
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -102,11 +103,9 @@ class BlenderProcess:
             If Blender ends, hangs, or its script fails.
         """
         assert self._child.stdin is not None
-        try:
+        with suppress(OSError):  # it has ended, and its last lines say why
             self._child.stdin.write(json.dumps({"do": do, **request}).encode() + b"\n")
             self._child.stdin.flush()
-        except OSError:  # it has ended, and its last lines say why
-            pass
         return self._answer()
 
     def put(self, array: ArrayLike, dtype: str) -> str:
@@ -123,10 +122,8 @@ class BlenderProcess:
     def close(self) -> None:
         """End it, and remove the folder."""
         assert self._child.stdin is not None
-        try:
+        with suppress(OSError):
             self._child.stdin.close()
-        except OSError:
-            pass
         self._child.terminate()
         try:
             self._child.wait(_GRACE)
