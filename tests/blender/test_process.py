@@ -106,7 +106,7 @@ def test_an_interrupt_ends_the_child(tmp_path: Path, left) -> None:
     import signal
 
     does = "answer(version=[3, 4, 1]); time.sleep(1000)"
-    threading.Timer(0.5, signal.raise_signal, [signal.SIGINT]).start()
+    threading.Timer(0.5, os.kill, [os.getpid(), signal.SIGINT]).start()
     with (
         pytest.raises(KeyboardInterrupt),
         BlenderProcess(SCRIPT, program(tmp_path, does)) as blender,
