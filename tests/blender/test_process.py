@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from fluorspar.blender.process import BlenderProcess
+from fluorspar.cli.blender_option import chosen_renderer
 from fluorspar.errors import OptionError, RendererError
 from fluorspar.files.temporary import temporary_folder
 from fluorspar.rendering import render
@@ -119,3 +120,9 @@ def test_an_interrupt_ends_the_child(tmp_path: Path, left) -> None:
 def test_unknown_renderer() -> None:
     with pytest.raises(OptionError, match="mitsuba, cycles"):
         render("cornell-box", method="staged", renderer="luxcore")
+
+
+def test_a_blender_that_is_not_used() -> None:
+    with pytest.raises(OptionError, match="--renderer cycles"):
+        chosen_renderer(None, "/usr/bin/blender")
+    assert isinstance(chosen_renderer("cycles", "/usr/bin/blender"), CyclesRenderer)

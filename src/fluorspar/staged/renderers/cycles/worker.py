@@ -13,6 +13,7 @@ import sys
 import time
 import traceback
 from array import array
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __name__ == "__main__":
@@ -402,7 +403,12 @@ def main() -> None:
         os.write(1, f"\n{mark} {json.dumps(said)}\n".encode())
 
     answer({"version": list(bpy.app.version)})
-    known = {"load": load, "render": render, "look": look, "bake": bake}
+    known: dict[str, Callable[..., dict[str, Any]]] = {
+        "load": load,
+        "render": render,
+        "look": look,
+        "bake": bake,
+    }
     for line in sys.stdin.buffer:
         request = json.loads(line)
         try:
