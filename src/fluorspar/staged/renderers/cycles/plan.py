@@ -88,7 +88,9 @@ def camera_plan(scene: Scene, frame: Frame) -> dict[str, Any]:
         )
     place = np.eye(4)
     place[:3, :3] = np.stack([right / focal, up / np.linalg.norm(up), -forward], axis=1)
-    place[:3, 3] = frame(-np.linalg.solve(camera.matrix[:, :3], camera.matrix[:, 3]))
+    place[:3, 3] = frame(
+        np.asarray(np.linalg.solve(camera.matrix[:, :3], -camera.matrix[:, 3]), dtype=np.float64)
+    )
     shift = [0.5 - centre_x / camera.width, (centre_y - camera.height / 2) / camera.width]
     return {"place": place.tolist(), "focal": focal / camera.width, "shift": shift}
 
