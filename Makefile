@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 
 LOWEST := out/lowest
 
-.PHONY: render view test test-browser test-lowest fuzz lint types bench clean
+.PHONY: render view test test-browser test-blender test-lowest fuzz lint types bench clean
 
 view: $(READY)
 	$(BIN)/fluorspar view cornell-box --size 256x256 --spp 64
@@ -24,6 +24,14 @@ test-browser: $(READY)
 	command -v chromium >/dev/null || command -v google-chrome >/dev/null || test -n "$$CHROMIUM" || test "$$(id -u)" != 0 || \
 		{ apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; }
 	$(BIN)/python -m pytest -m browser tests/figures tests/view
+
+# Cycles against Mitsuba, in the Blender that BLENDER names (or a Python with bpy); on Debian, as root, it installs one.
+test-blender: $(READY)
+	test -n "$$BLENDER" || command -v blender >/dev/null || test "$$(id -u)" != 0 || \
+		{ apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends blender; }
+	test -n "$$BLENDER" || command -v blender >/dev/null || \
+		{ echo "no Blender: install it, or set BLENDER to it or to a Python that has bpy" >&2; exit 1; }
+	$(BIN)/python -m pytest -m blender tests/blender
 
 # The oldest versions that are allowed, and the source distribution: its own tests on the package made of it. Parts of
 # the suite that touch every dependency; all of it would take as long again as 'make test'.

@@ -6,7 +6,7 @@ the other follows from one render of each. What does not fall with time is the b
 its finite number of emitters: it is the error left when the noise, known from the standard errors, is taken
 out.
 
-    python benchmarks/equal_error.py [SCENE] [--size 64] [--spp 64] [--emitters 8]
+    python benchmarks/equal_error.py [SCENE] [--size 64] [--spp 64] [--emitters 8] [--renderer cycles]
 
 Or time for the one-pass method to reach the same error in a hall of many lamps and in one of one lamp:
 
@@ -33,6 +33,8 @@ from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.options import StagedOptions
+from fluorspar.staged.renderers.cycles.renderer import CyclesRenderer
+from fluorspar.staged.renderers.named import renderer_of
 from fluorspar.staged.timings import timing_table
 from lamp_hall import write_hall
 
@@ -160,6 +162,7 @@ def main() -> None:
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--reference", type=int, default=8192)
     parser.add_argument("--emitters", type=int, default=8)
+    parser.add_argument("--renderer", default="mitsuba", help="of the staged method: mitsuba or cycles")
     parser.add_argument("--wavelengths", default="360:700:5")
     parser.add_argument("--lamps", type=int, help="of a hall")
     parser.add_argument("--samples", action="store_true", help="noise against independent random numbers")
@@ -185,9 +188,16 @@ def main() -> None:
 
     options = StagedOptions(emitters=args.emitters)
     small = scene.with_settings(width=8, height=8)
-    render(small, wavelengths=Wavelengths(400, 700, 100), method="staged", staged=options)  # compiles
+    render(
+        small,
+        wavelengths=Wavelengths(400, 700, 100),
+        method="staged",
+        staged=options,
+        renderer=renderer_of(args.renderer),
+    )  # compiles
+    chosen = renderer_of(args.renderer)
     began = time.perf_counter()
-    staged = render(scene, wavelengths=grid, method="staged", seed=1, staged=options)
+    staged = render(scene, wavelengths=grid, method="staged", seed=1, staged=options, renderer=chosen)
     staged_seconds = time.perf_counter() - began
 
     paths_error, staged_error = (
@@ -202,7 +212,9 @@ def main() -> None:
     print(f"{args.scene}, {args.size} x {args.size}, {len(grid)} bands, {args.spp} samples")
     print(f"paths   {paths_seconds:8.2f} s   error {paths_share:.3%} of the mean (median band)")
     print(f"staged  {staged_seconds:8.2f} s   error {staged_share:.3%}, of which bias {bias_share:.3%}")
-    print(f"        with {args.emitters} x {args.emitters} emitters a wall")
+    print(f"        on {args.renderer}, with {args.emitters} x {args.emitters} emitters a wall")
+    if isinstance(chosen, CyclesRenderer):
+        print(f"        {chosen.seconds:.2f} s of which Blender renders")
     print(
         f"time of staged over time of paths for the same error: {np.median(ratio):.1f} "
         f"({ratio.min():.1f} to {ratio.max():.1f} over bands)"

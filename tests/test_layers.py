@@ -26,6 +26,7 @@ LAYERS = [
     "bispectral",
     "image",
     "scene",
+    "blender",
     "until",
     "job",
     "fingerprint",

@@ -54,7 +54,7 @@ def render(
     more_samples: int | None = None,
     progress: Progress | bool | None = None,
     staged: StagedOptions | None = None,
-    renderer: Renderer | None = None,
+    renderer: Renderer | str | None = None,
     client: Client | None = None,
 ) -> SpectralImage:
     """Render a scene into a spectral image, split into components.
@@ -113,8 +113,10 @@ def render(
         staged method).
     staged : StagedOptions, optional
         Options of the staged method.
-    renderer : Renderer, optional
-        Another renderer than Mitsuba for the staged method, see `fluorspar.staged.renderers.protocol`.
+    renderer : str or Renderer, optional
+        What renders for the staged method: `"mitsuba"` (default), `"cycles"` (Blender, a process of its own: that of
+        the environment variable `BLENDER`, else the one of the search path), or another one, see
+        `fluorspar.staged.renderers.protocol`.
     client : distributed.Client, optional
         Of Dask: its workers render, and the image is the same bit for bit. They need no files of the scene.
 
@@ -133,7 +135,7 @@ def render(
     OptionError
         If an option is out of range.
     RendererError
-        If Mitsuba's variant does not start.
+        If Mitsuba's variant does not start, or Blender is missing, too old, ends or hangs.
     ClusterError
         If the scheduler of a client is lost before anything is finished, or a worker has another version or lacks the
         variant.
@@ -213,7 +215,7 @@ def render_job(
     output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | bool | None = None,
-    renderer: Renderer | None = None,
+    renderer: Renderer | str | None = None,
     client: Client | None = None,
 ) -> SpectralImage:
     """Render a job, which may come from another process; see `render`.
@@ -252,8 +254,9 @@ def render_job(
         return render_paths(job, output=output, resume=resume, progress=shown(progress), fill=fill)
 
     from fluorspar.staged.procedure import render_staged
+    from fluorspar.staged.renderers.named import renderer_of
 
-    image = render_staged(job, progress=shown(progress), renderer=renderer)
+    image = render_staged(job, progress=shown(progress), renderer=renderer_of(renderer))
     if output is None:
         return image
     image.save(output)

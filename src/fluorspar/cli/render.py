@@ -10,6 +10,7 @@ import typer
 
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
+from fluorspar.cli.blender_option import BlenderOption, chosen_renderer
 from fluorspar.cli.options import (
     ComponentErrorsOption,
     DenoiseOption,
@@ -149,6 +150,11 @@ def render(
     repeats: Annotated[
         int | None, typer.Option(help="staged: independent seeds, for the standard error. [default: 4]")
     ] = None,
+    renderer: Annotated[
+        str | None,
+        typer.Option(metavar="mitsuba|cycles", help="staged: what renders three bands. [default: mitsuba]"),
+    ] = None,
+    blender: BlenderOption = None,
     timings: Annotated[
         bool, typer.Option("--timings", help="Print how long each pass took, relative to component 1.")
     ] = False,
@@ -209,6 +215,7 @@ def render(
             more_samples=more_samples,
             progress=progress,
             staged=options,
+            renderer=chosen_renderer(renderer, blender),
             client=client,
         )
     _LOG.info("rendered")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,7 @@ __all__ = [
     "Layers",
     "Sampling",
     "Tick",
+    "Timing",
     "Views",
     "band_groups",
     "plan_samples",
@@ -27,6 +29,9 @@ Array = NDArray[np.float64]
 Pixels = NDArray[np.float32]  # an image of many bands is large
 _LARGEST_SIDE = 4096  # of a film with one sample per small pixel
 Tick = Callable[[], None]
+Timing = Callable[[str], AbstractContextManager[None]]
+Seen = dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]]
+"""By material row: small pixels that show it, and the pixels they belong to."""
 
 
 def band_groups(bands: Sequence[int] | NDArray[np.integer], max_bands: int) -> list[NDArray[np.int64]]:
@@ -86,21 +91,21 @@ class Views:
     ----------
     seeds : list of int
         Seed of each pass.
-    seen : list of dict of int to (ndarray, ndarray)
-        For each pass, by material row: small pixels that show it, and the pixels they belong to.
+    seen : list of Seen
+        For each pass.
     edge : ndarray of bool of shape (Y, X)
         Pixels that show more than one row.
     """
 
     sampling: Sampling
     seeds: list[int]
-    seen: list[dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]]]
+    seen: list[Seen]
     edge: NDArray[np.bool_]
 
 
 def views_of(scene: LoadedScene, sampling: Sampling, seeds: list[int], rows: Sequence[int]) -> Views:
     """Find out which samples show which of the given material rows."""
-    seen: list[dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]]] = []
+    seen: list[Seen] = []
     lowest: NDArray[np.int64] | None = None
     highest: NDArray[np.int64] | None = None
     a = sampling.scale
@@ -159,10 +164,11 @@ def render_bands(
     views: Views,
     groups: Sequence[NDArray[np.int64]],
     *,
-    max_depth: int,
+    depths: Mapping[str, int],
+    timing: Timing,
     tick: Tick,
-) -> Layers:
-    """Render all groups of bands.
+) -> list[Layers]:
+    """Render all groups of bands, at one depth after the other before the next group.
 
     Parameters
     ----------
@@ -171,45 +177,71 @@ def render_bands(
     emission : ndarray of shape (emitters, N)
     views : Views
         Its rows are the materials whose share of the image, as illumination, is wanted.
+    depths : mapping of str to int
+        Each `max_depth`, by a name for its time.
+    timing : callable
+        Given that name, a context manager around each render.
 
     Returns
     -------
-    Layers
-        Bands in no group are 0.
+    list of Layers
+        One for each depth. Bands in no group are 0.
     """
-    height, width = views.edge.shape
-    bands, a = albedo.shape[1], views.sampling.scale
-    image = np.zeros((height * width, bands), dtype=np.float32)
-    light = {row: np.zeros((height * width, bands), dtype=np.float32) for row in views.seen[0]}
-    share = 1.0 / views.sampling.samples
-    surplus: Pixels | None = None
     offers = scene if isinstance(scene, OffersIrradiance) else None
     if offers:
         albedo = reflectance  # nothing is divided by it
+    sums = [_Sum(views, albedo, reflectance) for _ in depths]
     for seed, seen in zip(views.seeds, views.seen, strict=True):
         for group in groups:
-            options = {"max_depth": max_depth, "seed": seed, "scale": a}
-            small = scene.render(albedo[:, group], emission[:, group], **options)
-            blocks = small.reshape(height, a, width, a, len(group))
-            summed = blocks.sum(axis=(1, 3), dtype=np.float64).reshape(-1, len(group))
-            image[:, group] += (share * summed).astype(np.float32)
-            if offers and max_depth == 1:
+            for into, (name, depth) in zip(sums, depths.items(), strict=True):
+                with timing(name):
+                    options = {"max_depth": depth, "seed": seed, "scale": views.sampling.scale}
+                    small = scene.render(albedo[:, group], emission[:, group], **options)
+                    into.add_image(group, small)
+                    if offers is None:
+                        into.add_light(group, seen, small, divided=True)
+                    elif depth != 1:  # at that depth nothing is illuminated yet
+                        light = offers.illumination(albedo[:, group], emission[:, group], **options)
+                        into.add_light(group, seen, light, divided=False)
                 tick()
-                continue  # at this depth nothing is illuminated yet
-            if offers:
-                small = offers.illumination(albedo[:, group], emission[:, group], **options)
-            flat = small.reshape(-1, len(group))
-            for row, (at, pixel) in seen.items():
-                for k, band in enumerate(group):
-                    per_pixel = share * np.bincount(pixel, flat[at, k], minlength=height * width)
-                    if not offers:
-                        excess = 1 - reflectance[row, band] / albedo[row, band]
-                        if excess > 0:
-                            surplus = np.zeros_like(image) if surplus is None else surplus
-                            surplus[:, band] += (excess * per_pixel).astype(np.float32)
-                        per_pixel /= albedo[row, band]
-                    light[row][:, band] += per_pixel.astype(np.float32)
-            tick()
-    shape = (height, width, bands)
-    layers = {row: e.reshape(shape) for row, e in light.items()}
-    return Layers(image.reshape(shape), layers, None if surplus is None else surplus.reshape(shape))
+    return [into.layers() for into in sums]
+
+
+class _Sum:
+    """What the samples of an image add up to."""
+
+    def __init__(self, views: Views, albedo: Array, reflectance: Array) -> None:
+        self.albedo, self.reflectance = albedo, reflectance
+        self.scale, self.share = views.sampling.scale, 1.0 / views.sampling.samples
+        self.shape = (*views.edge.shape, albedo.shape[1])
+        self.image = self.zeros()
+        self.light = {row: self.zeros() for row in views.seen[0]}
+        self.surplus: Pixels | None = None
+
+    def zeros(self) -> Pixels:
+        return np.zeros((self.shape[0] * self.shape[1], self.shape[2]), dtype=np.float32)
+
+    def add_image(self, group: NDArray[np.int64], small: Pixels) -> None:
+        height, width, _ = self.shape
+        blocks = small.reshape(height, self.scale, width, self.scale, len(group))
+        summed = blocks.sum(axis=(1, 3), dtype=np.float64).reshape(-1, len(group))
+        self.image[:, group] += (self.share * summed).astype(np.float32)
+
+    def add_light(self, group: NDArray[np.int64], seen: Seen, small: Pixels, *, divided: bool) -> None:
+        """Add what each material shows, `divided` by its albedo, or illumination as it is."""
+        flat = small.reshape(-1, len(group))
+        for row, (at, pixel) in seen.items():
+            for k, band in enumerate(group):
+                per_pixel = self.share * np.bincount(pixel, flat[at, k], minlength=len(self.image))
+                if divided:
+                    excess = 1 - self.reflectance[row, band] / self.albedo[row, band]
+                    if excess > 0:
+                        self.surplus = self.zeros() if self.surplus is None else self.surplus
+                        self.surplus[:, band] += (excess * per_pixel).astype(np.float32)
+                    per_pixel /= self.albedo[row, band]
+                self.light[row][:, band] += per_pixel.astype(np.float32)
+
+    def layers(self) -> Layers:
+        light = {row: e.reshape(self.shape) for row, e in self.light.items()}
+        surplus = None if self.surplus is None else self.surplus.reshape(self.shape)
+        return Layers(self.image.reshape(self.shape), light, surplus)

@@ -178,9 +178,8 @@ def _emitter_render(
     p: Passes, item: FluorescentObject, emitted: Array, views: Views, bounce: int, *, layers: bool
 ) -> Layers:
     """What the emitters of one object show in the scene, without being seen themselves."""
-    radiance = item.radiance(emitted)
-    for depth in (p.depth, 1):
-        p.compile(item.scene, np.abs(radiance), depth)
+    radiance, depths = item.radiance(emitted), {"everything": p.depth, "itself": 1}
+    p.compile(item.scene, np.abs(radiance), depths)
     with p.watch.timing(f"component {5 if bounce == 1 else 6}: {item.name}"):
         seen = Views(views.sampling, views.seeds, [{}] * len(views.seeds), views.edge)
         if layers:
@@ -188,9 +187,7 @@ def _emitter_render(
         albedo = p.albedo if layers else p.reflectance
 
         def shown(positive: Array, groups: Groups) -> Layers:
-            everything, itself = (
-                p.picture(item.scene, albedo, positive, seen, groups, depth) for depth in (p.depth, 1)
-            )
+            everything, itself = p.pictures(item.scene, albedo, positive, seen, groups, depths)
             return everything.without(itself)
 
         extra = 2 * len(views.seeds)

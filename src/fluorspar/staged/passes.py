@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -16,7 +17,7 @@ from fluorspar.job import RenderJob
 from fluorspar.progress import Progress
 from fluorspar.scene.settings import UNLIMITED
 from fluorspar.staged.equations import luminescence
-from fluorspar.staged.imaging import Layers, Sampling, Views, band_groups, plan_samples, render_bands
+from fluorspar.staged.imaging import Layers, Sampling, Timing, Views, band_groups, plan_samples, render_bands
 from fluorspar.staged.intermediate import Intermediate
 from fluorspar.staged.options import ALBEDO_FLOOR, StagedOptions
 from fluorspar.staged.renderers.protocol import LoadedScene, Renderer
@@ -73,28 +74,38 @@ class Passes:
         """The scene with its own lights."""
         return self.renderer.load(self.scene)
 
-    def picture(
+    def pictures(
         self,
         scene: LoadedScene,
         albedo: Array,
         emission: Array,
         views: Views,
         groups: Groups,
-        depth: int,
-    ) -> Layers:
-        """Render groups of bands, of all samples of a repeat."""
+        depths: Mapping[str, int],
+        timing: Timing = lambda name: nullcontext(),
+    ) -> list[Layers]:
+        """Render groups of bands, of all samples of a repeat, at some depths."""
         return render_bands(
-            scene, albedo, self.reflectance, emission, views, groups, max_depth=depth, tick=self.tick
+            scene,
+            albedo,
+            self.reflectance,
+            emission,
+            views,
+            groups,
+            depths=depths,
+            timing=timing,
+            tick=self.tick,
         )
 
-    def compile(self, scene: LoadedScene, emission: Array, depth: int) -> None:
+    def compile(self, scene: LoadedScene, emission: Array, depths: Mapping[str, int]) -> None:
         """Render once before the clock runs, where that is a small part of the work: renderers compile."""
-        key = (id(scene), depth)
-        if key in self.compiled or len(self.every) * self.sampling.passes * self.repeats < _COMPILE_FROM:
+        if len(self.every) * self.sampling.passes * self.repeats < _COMPILE_FROM:
             return
-        self.compiled.add(key)
         group, scale = self.every[0], self.sampling.scale
-        scene.render(self.albedo[:, group], emission[:, group], max_depth=depth, seed=0, scale=scale)
+        for depth in depths.values():
+            if (id(scene), depth) not in self.compiled:
+                self.compiled.add((id(scene), depth))
+                scene.render(self.albedo[:, group], emission[:, group], max_depth=depth, seed=0, scale=scale)
 
     def luminesced(self, light: Mapping[int, NDArray[np.floating]], views: Views) -> Array:
         """What the materials the camera sees make of the light that falls on them (Eqs. 7 and 9)."""

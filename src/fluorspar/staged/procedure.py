@@ -18,7 +18,7 @@ from fluorspar.job import RenderJob
 from fluorspar.progress import Progress
 from fluorspar.scene.settings import UNLIMITED
 from fluorspar.staged.equations import indirect_reflection, total
-from fluorspar.staged.imaging import Layers, seeds_of, views_of
+from fluorspar.staged.imaging import seeds_of, views_of
 from fluorspar.staged.intermediate import file_names
 from fluorspar.staged.mutual import FluorescentObject, fluorescent_objects, mutual_illumination
 from fluorspar.staged.passes import Passes
@@ -28,7 +28,7 @@ from fluorspar.staged.timings import FIRST
 
 __all__ = ["render_staged"]
 
-_DEPTHS = {"source": 1, FIRST: 2, "components 1 and 3": UNLIMITED}
+_DEPTHS = {FIRST: 2, "components 1 and 3": UNLIMITED, "source": 1}
 
 
 def render_staged(
@@ -149,15 +149,13 @@ def _repeat(p: Passes, repeat: int, objects: Sequence[FluorescentObject]) -> NDA
     views = views_of(p.base, p.sampling, seeds, p.fluorescent)
     # the extra seeds are for the emitters: their light must not be estimated with the camera's paths
     spare = seeds_of(p.seed, repeat, 1, count=2)
-    images: list[Layers] = []
-    for name, depth in _DEPTHS.items():
-        if p.depth != UNLIMITED and (depth == UNLIMITED or depth > p.depth):
-            depth = p.depth
-        p.compile(p.base, p.lights, depth)
-        with p.watch.timing(name):
-            images.append(p.picture(p.base, p.albedo, p.lights, views, p.every, depth))
-    source = images[0]
-    direct, everything = (image.without(source) for image in images[1:])
+    depths = {
+        name: depth if p.depth == UNLIMITED or 0 < depth <= p.depth else p.depth
+        for name, depth in _DEPTHS.items()
+    }
+    p.compile(p.base, p.lights, depths)
+    *images, source = p.pictures(p.base, p.albedo, p.lights, views, p.every, depths, p.watch.timing)
+    direct, everything = (image.without(source) for image in images)
 
     with p.watch.timing("components 2 and 4"):
         light_i = {

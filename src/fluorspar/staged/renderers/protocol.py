@@ -34,7 +34,8 @@ class LoadedScene(Protocol):
     ) -> NDArray[np.float32]:
         """Render one sample per pixel of an image `scale` times as wide and as high as the scene's.
 
-        One sample per small pixel means that no small pixel shows two surfaces.
+        One sample per small pixel means that no small pixel shows two surfaces. Renders that differ only in
+        `max_depth` follow each other, for a renderer that can answer them from one.
 
         Parameters
         ----------
@@ -75,6 +76,8 @@ class LoadedScene(Protocol):
         seed: int,
     ) -> NDArray[np.float32]:
         """Estimate, with one light path each, the radiance that leaves points of a surface along the normal.
+
+        What the surface itself emits may be left out, at all depths alike.
 
         Parameters
         ----------

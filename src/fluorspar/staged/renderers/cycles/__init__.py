@@ -1,0 +1,1 @@
+"""Cycles, the renderer of Blender, for the staged method."""
