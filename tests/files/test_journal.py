@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
 import pytest
 
 from fluorspar.files.journal import Journal, read_journal
@@ -31,7 +29,7 @@ def test_cut_off_anywhere(written):
         assert [end for _, _, end in records] == ends[1 : whole + 1]
 
 
-@pytest.mark.parametrize("rubbish", [b"\0" * 100, b"\xff" * 100, os.urandom(100)])
+@pytest.mark.parametrize("rubbish", [b"\0" * 100, b"\xff" * 100, bytes(range(7, 107))])
 def test_ends_in_rubbish(written, rubbish):
     path, ends = written
     with path.open("ab") as file:
