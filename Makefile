@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 LOWEST := out/lowest
+# Two processes: much of a test waits or computes in one thread.
+TWO := --numprocesses 2 --dist loadfile
 
 .PHONY: render view test test-browser test-blender test-lowest fuzz lint types bench clean
 
@@ -16,8 +18,8 @@ render: $(READY)
 	$(BIN)/fluorspar render cornell-box -o out/cornell-box.nc -o out/cornell-box.exr -o out/cornell-box.png --pictures out/components
 
 test: lint types
-	$(BIN)/python -m pytest --quiet --doctest-modules src
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(TWO) --quiet --doctest-modules src
+	$(BIN)/python -m pytest $(TWO)
 
 # Opens the report of a comparison and the window in a headless browser; on Debian, as root, it installs one.
 test-browser: $(READY)

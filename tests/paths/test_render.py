@@ -281,9 +281,9 @@ pickle.loads(Path("paths.pickle").read_bytes()).image(output="image.nc").close()
     def test_a_file_of_another_kind_stays_as_it_is(self, tmp_path: Path) -> None:
         (tmp_path / "a.exr").write_bytes(b"precious")
         paths = trace(furnace(tmp_path), wavelengths=GRID)
-        with pytest.raises(OptionError, match="NetCDF only"):
+        with pytest.raises(OptionError, match="NetCDF or Zarr only"):
             paths.image(output=tmp_path / "a.exr")
-        with pytest.raises(OptionError, match="NetCDF only"):
+        with pytest.raises(OptionError, match="NetCDF or Zarr only"):
             render_job(paths.job, output=tmp_path / "a.exr")
         assert (tmp_path / "a.exr").read_bytes() == b"precious"
 
@@ -329,7 +329,7 @@ class TestOptions:
         [
             ({"method": "magic"}, "no such method"),
             ({"variant": "metal"}, "no such variant"),
-            ({"output": "picture.png"}, "NetCDF only"),
+            ({"output": "picture.png"}, "NetCDF or Zarr only"),
             ({"wavelengths": "700:400:5"}, "ascend"),
         ],
     )

@@ -395,3 +395,22 @@ def test_dask_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr("fluorspar.extras.find_spec", lambda name: None)
     with pytest.raises(FluorsparError, match=r'pip install "fluorspar\[cluster\]"'):
         batch({"render": QUICK}, client=object())
+
+
+def test_zarr_stores_and_folders_named_like_lamps(tmp_path):
+    """A folder `A` beside the study is not the lamp A; a store is done as a file is."""
+    pytest.importorskip("zarr")
+    (tmp_path / "study.toml").write_text(
+        """output = "{light}/box-{number:03d}.zarr"
+        [render]
+        scene = "cornell-box"
+        size = "8x8"
+        spp = 4
+        [product]
+        light.light = ["A", "D65"]"""
+    )
+    for before in (0, 2):
+        index = fluorspar.batch(tmp_path / "study.toml")
+        assert index["status"].values.tolist() == ["done", "done"]
+        assert int(np.isnan(index["seconds"].values).sum()) == before
+    assert sorted(path.name for path in tmp_path.glob("*/*.zarr")) == ["box-001.zarr", "box-002.zarr"]

@@ -29,3 +29,25 @@ def test_of_a_scene_and_all_that_it_names(tmp_path, file):
     assert mark_of(row) == before
     (tmp_path / file).write_text(texts[file] + " ")
     assert mark_of(row) != before
+
+
+@pytest.mark.parametrize(
+    "file", ["mine/paper.csv", "a.csv", "b.csv", "lamp.csv", "w1.obj", "w2.obj", "meshes/far.ply"]
+)
+def test_of_all_ways_to_name_a_file(tmp_path, file):
+    texts = {
+        "room.xml": """<scene version="3.0.0"><default name="w" value="w1"/><path value="meshes"/>
+        <string name="material" value="a.csv:0.5,b.csv:0.5"/> <spectrum name='radiance' filename='lamp.csv:two'/>
+        <string name='filename' value='w2.obj'/> <string name="filename" value="$w.obj"/>
+        <string name="filename" value="far.ply"/></scene>""",
+        **dict.fromkeys(
+            ["mine/paper.csv", "a.csv", "b.csv", "lamp.csv", "w1.obj", "w2.obj", "meshes/far.ply"], "1"
+        ),
+    }
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    row = Row(1, {"scene": "room.xml", "library": "mine"}, (), tmp_path)
+    before = mark_of(row)
+    (tmp_path / file).write_text("2")
+    assert mark_of(row) != before

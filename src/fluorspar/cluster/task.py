@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pickle
 import warnings
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 from fluorspar.cluster.versions import check_versions, versions_here
 from fluorspar.errors import ClusterError, FluorsparError, FluorsparWarning, RendererError
@@ -19,10 +20,16 @@ from fluorspar.paths.chunks import Run, trace_chunks, tracer_of, variant_of
 from fluorspar.paths.render import fill, tables_of
 from fluorspar.scene.variants import use_variant
 
-__all__ = ["Done", "SentJob", "render_runs"]
+__all__ = ["Done", "SentJob", "in_turn", "render_runs"]
 
 # Dr.Jit and Mitsuba have one state in a process, so all tasks of a worker are done in one thread, one after another.
+_Answer = TypeVar("_Answer")
 _THREAD = ThreadPoolExecutor(1, "fluorspar")
+
+
+def in_turn(do: Callable[..., _Answer], *given: Any) -> _Answer:
+    """Call a function in the one thread of this worker in which Mitsuba is used."""
+    return _THREAD.submit(do, *given).result()
 
 
 @dataclass(frozen=True)
@@ -72,7 +79,7 @@ def render_runs(job: SentJob, runs: list[Run]) -> Done:
 
     worker = get_worker()
     try:
-        return _THREAD.submit(_render_runs, job, runs, worker.address, worker.state.nthreads).result()
+        return in_turn(_render_runs, job, runs, worker.address, worker.state.nthreads)
     except (
         Exception
     ) as err:  # Dask loses an error whose traceback is very long, and the client would wait for it

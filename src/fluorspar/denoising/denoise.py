@@ -85,7 +85,8 @@ def denoise(
         parts_of["noisy_standard_error"] = lambda rows: values_of(dataset, "standard_error", rows)
     by_strips = {name: _by_strips(rows, threads or usable_cores()) for name, rows in parts_of.items()}
     attrs = {**dataset.attrs, "denoised": f"Open Image Denoise, {guided}"}
-    attrs.pop("fingerprint", None)  # it is no longer what was rendered
+    for name in ("fingerprint", "study_row"):  # it is no longer what was rendered
+        attrs.pop(name, None)
     return SpectralImage(computed(by_strips, image.size, image.wavelengths, attrs, image.components))
 
 

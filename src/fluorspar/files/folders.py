@@ -78,6 +78,8 @@ class TemporaryFolder:
     ------
     OSError
         If no folder can be made there.
+    ImageError
+        If another process is writing the target in place.
 
     Examples
     --------
@@ -92,6 +94,9 @@ class TemporaryFolder:
 
     def __init__(self, target: Path, *, in_place: bool = False) -> None:
         self._target = target
+        if target.exists() and not _is_free(target):
+            fix = "wait for it, or write another one"
+            raise ImageError(message("another process is writing the store", where=target, fix=fix))
         _remove_stale(target)
         self._lock = -1
         while self._lock < 0:
@@ -135,6 +140,20 @@ def _exchange(new: Path, old: Path) -> None:
     os.rename(old, aside)
     os.rename(new, old)
     os.rename(aside, new)
+
+
+def _is_free(folder: Path) -> bool:
+    """Whether nobody writes a folder in place."""
+    lock = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True  # there are file systems without locks
+    finally:
+        os.close(lock)
+    return True
 
 
 def _remove_stale(target: Path) -> None:

@@ -87,7 +87,8 @@ def converted(
     attrs = image.attrs | (sum_of(kept) if names == (TOTAL,) else {})
     if steps:
         attrs["converted"] = "; ".join([attrs["converted"], *steps] if "converted" in attrs else steps)
-    attrs.pop("fingerprint", None)  # it is no longer what was rendered
+    for name in ("fingerprint", "study_row"):  # it is no longer what was rendered
+        attrs.pop(name, None)
     if bandwidth:
         attrs["bandwidth_nm"] = float(bandwidth)
     variables = {"radiance": radiance} | _errors(image, component, kept, on_grid)

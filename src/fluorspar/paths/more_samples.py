@@ -78,6 +78,7 @@ def render_more(
         passes.append(samples)
         timings = dict(attrs.get("timings", {}))
         timings["render"] = round(timings.get("render", 0.0) + time.perf_counter() - began, 3)
-        attrs.pop("until", None)  # it was of the passes before
+        for name in ("until", "study_row"):  # they were of the passes before
+            attrs.pop(name, None)
         told = {"spp": sum(passes), "passes": passes, "timings": timings}
         return target.image({**attrs, **told}, partial=False)

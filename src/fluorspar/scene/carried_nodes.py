@@ -72,7 +72,6 @@ class CarriedNodes(KeptNodes):
         weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         for digest, content in self._files.items():
             (folder / digest).mkdir()
-            self._files[digest] = b""  # once is enough
             for name in {name for of, name in self._file_of.values() if of == digest}:
                 (folder / digest / name).write_bytes(content)
         state = mi.parser.ParserState()

@@ -144,6 +144,8 @@ class Scene:
         >>> len(pickle.loads(pickle.dumps(load_scene("furnace").carried())).nodes.nodes)
         9
         """
+        if isinstance(self._nodes, CarriedNodes):
+            return self
         return replace(self, _nodes=CarriedNodes(self._nodes, self.name))
 
     @property

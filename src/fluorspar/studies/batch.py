@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 import warnings
@@ -10,7 +11,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fluorspar.errors import FluorsparError, FluorsparWarning
+from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
 from fluorspar.extras import check_extra
 from fluorspar.files.writing import check_not_input, check_target
 from fluorspar.progress import Progress, shown
@@ -143,7 +144,14 @@ def _prepare(study: Study) -> None:
     """Refuse to overwrite what is read; make the folders of the files; remove what a killed run has left."""
     if study.index is not None:
         check_target(study.index.with_name(f"{study.index.name}.csv"))
+    indices = (
+        [] if study.index is None else [f"{os.path.realpath(study.index)}{of}" for of in (".csv", ".nc")]
+    )
     for row in study.rows:
+        for path in row.outputs:
+            if os.path.realpath(path) in indices:
+                fix = "name the image otherwise"
+                raise OptionError(message("an image has the name of the index", where=path, fix=fix))
         scene = located(row.settings, row.folder)["scene"]
         for path in row.outputs:
             if scene not in BUILTIN:
@@ -161,7 +169,7 @@ def _done_before(study: Study) -> dict[int, Result]:
     known = read_marks(study)
     found = {}
     for row in study.rows:
-        if all(path.is_file() for path in row.outputs):
+        if all(path.exists() for path in row.outputs):
             mark = mark_of(row)
             if all(_mark_in(path, known) == mark for path in row.outputs):
                 found[row.number] = Result(row.number, "done", mark=mark, before=True)
@@ -170,6 +178,12 @@ def _done_before(study: Study) -> dict[int, Result]:
 
 def _mark_in(path: Path, known: Mapping[Path, str]) -> str:
     """The mark of the row that a file was made by; "" if it is a part of an image, or another's."""
+    if path.suffix.lower() == ".zarr":
+        try:
+            attrs = json.loads((path / "zarr.json").read_text())["attributes"]
+        except (OSError, ValueError, KeyError):
+            return ""  # damaged
+        return "" if "partial" in attrs else str(attrs.get(MARK, ""))
     if path.suffix.lower() != ".nc":
         return known.get(path, "")
     import h5py
@@ -194,6 +208,9 @@ def _results(
         return
     from distributed import as_completed
 
+    from fluorspar.cluster.versions import check_workers
+
+    check_workers(client)
     futures = {client.submit(_task, group, threads, pure=False): group for group in groups}
     try:
         for future in as_completed(futures):
@@ -206,14 +223,17 @@ def _results(
             if not again:
                 bar.advance(len(rows))
     finally:
-        client.cancel(list(futures))
+        if client.status == "running":
+            client.cancel(list(futures))
 
 
 def _task(group: Group, threads: int | None) -> list[Result]:
     """Do a group on a worker, with the threads it has."""
     from distributed import get_worker
 
-    return do_group(group, threads or get_worker().state.nthreads)
+    from fluorspar.cluster.task import in_turn
+
+    return in_turn(do_group, group, threads or get_worker().state.nthreads)
 
 
 class _Bar:

@@ -10,11 +10,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import h5py
-
 from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
 from fluorspar.files.memory import available_memory
 from fluorspar.image.components import COMPONENTS
+from fluorspar.image.formats.netcdf_layout import write_attrs
+from fluorspar.image.opening import replace_attrs
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.paths.light_paths import LightPaths, trace_job
@@ -103,6 +103,7 @@ def do_group(
         One of each row, also if the user interrupts.
     """
     results: list[Result] = []
+    marks = {row.number: mark_of(row) for row in group.rows}  # of the files that are about to be read
 
     def report(done: int, whole: int) -> None:
         if tell:
@@ -112,7 +113,7 @@ def do_group(
     try:
         with _caught() as told, _source(group, threads, report) as source:
             for row in group.rows:
-                results.append(_attempt(row, source, group.common, told, threads, report))
+                results.append(_attempt(row, marks[row.number], source, group.common, told, threads, report))
                 report(0, 1)
     except KeyboardInterrupt:
         pass
@@ -181,6 +182,7 @@ def _job(scene: Scene, settings: Mapping[str, Value], threads: int | None) -> Re
 
 def _attempt(
     row: Row,
+    mark: str,
     source: Scene | LightPaths,
     common: Mapping[str, Value],
     told: list[warnings.WarningMessage],
@@ -192,9 +194,11 @@ def _attempt(
     settings = located(row.settings, row.folder)
     given = {k: v for k, v in ids_of(settings, "material").items() if f"material.{k}" not in common}
     if isinstance(source, LightPaths) and given and not _exchangeable(source.job.scene, given, settings):
-        return do_group(Group.alone(row), threads)[0]
+        (result,) = do_group(Group.alone(row), threads)
+        if result.status == "open":
+            raise KeyboardInterrupt
+        return result
     try:
-        mark = mark_of(row)
         stream = _stream(row, source)
         if isinstance(source, LightPaths):
             image = whole_image(
@@ -274,7 +278,7 @@ def _stream(row: Row, source: Scene | LightPaths) -> Path | None:
         return None
     if row.settings.get("denoise"):
         return None
-    return next((path for path in row.outputs if path.suffix.lower() == ".nc"), None)
+    return next((path for path in row.outputs if path.suffix.lower() in (".nc", ".zarr")), None)
 
 
 def _write(image: SpectralImage, row: Row, mark: str, stream: Path | None) -> None:
@@ -284,6 +288,9 @@ def _write(image: SpectralImage, row: Row, mark: str, stream: Path | None) -> No
         if path != stream:
             image.save(path)
     if stream is not None:
+        attrs = image.attrs
         image.close()
-        with h5py.File(stream, "r+") as file:
-            file.attrs[MARK] = mark
+        if stream.suffix.lower() == ".nc":
+            write_attrs(stream, {MARK: mark})
+        else:
+            replace_attrs(stream, {**attrs, MARK: mark})

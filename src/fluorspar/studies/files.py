@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
+from fluorspar.bispectral.library import ENVIRONMENT
 from fluorspar.files.names import file_and_column
 from fluorspar.scene.builtin import BUILTIN, builtin_path
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["located", "mark_of"]
 
+_QUOTED = re.compile(r"""="([^"<>]*)"|='([^'<>]*)'""".replace("=", r"=\s*"))
+_ATTRIBUTE = re.compile(r"""(\w+)\s*=\s*["']([^"']*)["']""")
 _NAME_FILES = ("scene", "library", "D", "light", "material")
 
 
@@ -33,7 +36,7 @@ def located(settings: Mapping[str, Value], folder: Path) -> dict[str, Value]:
     {'scene': 'cornell-box', 'spp': 4}
     """
     return {
-        key: ",".join(_located(part, folder) for part in value.split(","))
+        key: ",".join(_located(part, folder, key == "library") for part in value.split(","))
         if isinstance(value, str) and key.partition(".")[0] in _NAME_FILES and value not in BUILTIN
         else value
         for key, value in settings.items()
@@ -43,8 +46,8 @@ def located(settings: Mapping[str, Value], folder: Path) -> dict[str, Value]:
 def mark_of(row: Row) -> str:
     """A mark that changes with what a row asks for: SHA-256 of its settings, its scene file and the files they name.
 
-    Files that the scene file names in turn count: meshes, textures, spectra, what it includes. Not those that are only
-    found in a folder of a `<path>`.
+    Files that the scene file names in turn count: meshes, textures, spectra, what it includes; and so do all files of
+    the folders with materials of the user.
 
     Examples
     --------
@@ -56,39 +59,65 @@ def mark_of(row: Row) -> str:
     mark = hashlib.sha256(row.canonical.encode())
     parameters = {key[2:]: str(value) for key, value in row.settings.items() if key.startswith("D.")}
     files = list(_files_of(row))
+    folders = [file.parent for file in files]
     for file in files:
         mark.update(_digest(file, file.stat().st_mtime_ns))
         if file.suffix.lower() == ".xml":
-            files += [named for named in _named_in(file, parameters) if named not in files]
+            files += [named for named in _named_in(file, folders, parameters) if named not in files]
     return mark.hexdigest()
 
 
 def _files_of(row: Row) -> Iterator[Path]:
+    folders = [Path(folder) for folder in os.environ.get(ENVIRONMENT, "").split(os.pathsep) if folder]
     for key, value in located(row.settings, row.folder).items():
         if key == "scene" and value in BUILTIN:
             yield builtin_path(str(value))
+        elif key == "library":
+            folders.append(Path(str(value)))
         elif isinstance(value, str) and key.partition(".")[0] in _NAME_FILES:
-            for part in value.split(","):
-                for name in (part, part.rpartition(":")[0], part.rpartition("x")[0]):
-                    if name and os.path.isfile(file := file_and_column(name)[0]):
+            yield from _files_in(value, [Path()])
+    for folder in folders:
+        yield from sorted(file for file in folder.glob("*") if file.is_file())
+
+
+def _files_in(text: str, folders: Sequence[Path]) -> Iterator[Path]:
+    """Files that a text names: as it is, with a column, or the parts of a mixture, each with a weight."""
+    parts = [text, *text.split(",")] if "," in text else [text]
+    for part in parts:
+        for name in (part, part.rpartition(":")[0], part.rpartition("x")[0]):
+            for folder in folders if name.strip() else ():
+                with suppress(OSError, ValueError):  # of what is no name
+                    file = folder / file_and_column(name.strip())[0]
+                    if file.is_file():
                         yield file
 
 
-def _named_in(file: Path, parameters: Mapping[str, str]) -> list[Path]:
-    """Files that a scene file names, relative to its folder."""
-    named = []
-    for value in re.findall(r'"([^"<>]+)"', file.read_text(errors="replace")):
-        name = Template(value).safe_substitute(parameters)
-        with suppress(OSError, ValueError):  # of what is no name
-            if os.path.isfile(path := file.parent / name):
-                named.append(path)
-    return named
+def _named_in(file: Path, folders: Sequence[Path], parameters: Mapping[str, str]) -> Iterator[Path]:
+    """Files that a scene file names, relative to its folder, that of the scene, or one of a `<path>`."""
+    text = file.read_text(errors="replace")
+    defaults = {
+        name: value
+        for tag in re.findall(r"<default\b[^>]*>", text)
+        for name, value in [tuple(dict(_ATTRIBUTE.findall(tag)).get(of, "") for of in ("name", "value"))]
+    }
+    values = [
+        Template(value).safe_substitute({**defaults, **parameters})
+        for value in (first or second for first, second in _QUOTED.findall(text))
+    ]
+    around = [*dict.fromkeys([*folders, file.parent])]
+    with suppress(OSError, ValueError):
+        around += [
+            folder / value for folder in around for value in values if value and (folder / value).is_dir()
+        ]
+    for value in values:
+        yield from _files_in(value, around)
 
 
-def _located(name: str, folder: Path) -> str:
-    """One name, or a part of a mixture: a name with a weight."""
+def _located(name: str, folder: Path, folders: bool) -> str:
+    """One name, or a part of a mixture: a name with a weight; perhaps a folder, which a lamp or material is not."""
+    there = os.path.exists if folders else os.path.isfile
     for text in (name, name.rpartition(":")[0], name.rpartition("x")[0]):
-        if text.strip() and os.path.exists(folder / text.strip()):
+        if text.strip() and there(folder / text.strip()):
             return str(folder / name.strip())
     return name
 

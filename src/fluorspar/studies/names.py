@@ -71,7 +71,7 @@ def _filled(pattern: str, row: Mapping[str, Value], number: str, study: str) -> 
         kind = key.partition(".")[0]
         if kind != key and sum(other.startswith(f"{kind}.") for other in row) == 1:
             fields.setdefault(kind, fields[key])
-    fields |= {"number": number, "study": study}
+    fields |= {"number": _Number(number), "study": study}
     try:
         return _Fields().vformat(pattern, (), fields)
     except (KeyError, ValueError, IndexError) as err:
@@ -92,6 +92,13 @@ class _Fields(Formatter):
 
     def get_field(self, field_name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
         return kwargs[field_name], field_name
+
+
+class _Number(str):
+    """The number of a row, padded so that names are in order; or formatted as a number."""
+
+    def __format__(self, spec: str) -> str:
+        return format(int(self), spec) if spec else str(self)
 
 
 class _Word(str):

@@ -293,3 +293,25 @@ def test_a_render_into_a_store_is_the_one_in_memory(tmp_path):
         np.testing.assert_array_equal(image.dataset.radiance, expected.dataset.radiance)
         np.testing.assert_array_equal(image.standard_error(), expected.standard_error())
         assert set(image.attrs) == set(expected.attrs)
+
+
+def test_two_writers_of_one_store_are_refused(tmp_path):
+    with ZarrWriter(tmp_path / "a.zarr", Wavelengths(), 2, 3) as writer:
+        with pytest.raises(ImageError, match="another process is writing"):
+            ZarrWriter(tmp_path / "a.zarr", Wavelengths(), 2, 3)
+        writer.write_pixels(0, np.ones((6, 7, 69)), np.zeros((6, 69)))
+
+
+def test_the_first_component_is_written_last(tmp_path, monkeypatch):
+    """Where it is, all is: a killed writer leaves no pixels that only look whole."""
+    written = []
+    put = zarr_writer.put
+    monkeypatch.setattr(
+        zarr_writer,
+        "put",
+        lambda array, *what: written.append((array.basename, what[0])) or put(array, *what),
+    )
+    with ZarrWriter(tmp_path / "a.zarr", Wavelengths(), 2, 3) as writer:
+        writer.write_pixels(0, np.ones((6, 7, 69)), np.zeros((6, 69)))
+    assert written[0] == ("standard_error", None)
+    assert written[-1] == ("radiance", 0)

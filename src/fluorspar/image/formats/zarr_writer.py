@@ -309,10 +309,11 @@ class ZarrWriter:
         gaps = ~block.known[:pixels]
         if gaps.any():
             self._spilled[number] = block.known.copy()
-        for name, array in block.arrays.items():
+        # the first component of all comes last: where it is, all is
+        for name, array in reversed(block.arrays.items()):
             if gaps.any():
                 array[:, :pixels][:, gaps] = np.nan
-            for layer, values in enumerate(array):
+            for layer, values in reversed(list(enumerate(array))):
                 component = layer if "component" in VARIABLES[name][1] else None
                 rows = values[:pixels].reshape(-1, self.width, len(self.wavelengths))
                 put(self._group[name], component, number * self._rows, rows)
