@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from contextlib import closing
 from typing import TYPE_CHECKING
 
 from fluorspar.cluster.dispatch import rendered_runs
-from fluorspar.image.pixels import Pixels, Target
+from fluorspar.image.pixels import Target, put
 from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import Run
@@ -17,7 +16,7 @@ from fluorspar.progress import Progress
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["fill_on", "put"]
+__all__ = ["fill_on"]
 
 
 def fill_on(client: Client) -> Fill:
@@ -41,31 +40,15 @@ def fill_on(client: Client) -> Fill:
         progress: Progress | None = None,
     ) -> None:
         pixels = job.scene.settings.width * job.scene.settings.height
-        if runs:
-            with closing(rendered_runs(client, job, runs)) as results:
-                put(target, results, pixels, errors=errors, progress=progress)
+        if not runs:
+            return
+        with closing(rendered_runs(client, job, runs)) as results:
+            for (first, _), came in results:
+                own = put(target, first, came)
+                del came
+                if errors is not None:
+                    errors.add(first, own)
+                if progress:
+                    progress(target.kept, pixels)
 
     return fill
-
-
-def put(
-    target: Target,
-    results: Iterable[tuple[Run, Pixels]],
-    pixels: int,
-    *,
-    errors: RelativeErrors | None = None,
-    progress: Progress | None = None,
-) -> None:
-    """Put what comes from workers into a target, an image of so many pixels."""
-    for (first, count), came in results:
-        room, at = target.room(first, count)
-        own = room[at : at + count]
-        own.radiance[:], own.standard_error[:] = came.radiance, came.standard_error
-        if own.component_standard_error is not None:
-            own.component_standard_error[:] = came.component_standard_error
-        del came
-        target.keep(first, count)
-        if errors is not None:
-            errors.add(first, own)
-        if progress:
-            progress(target.kept, pixels)

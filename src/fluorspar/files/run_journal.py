@@ -18,6 +18,7 @@ SYNC_EVERY = 5.0
 """Seconds of work that may be lost. A shorter render leaves no journal."""
 
 Run = tuple[int, int]
+"""Number of the first pixel of a run, and how many pixels it has."""
 
 
 class RunJournal:

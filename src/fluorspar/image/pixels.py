@@ -21,7 +21,7 @@ from fluorspar.image.formats.zarr_writer import ZarrWriter
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["FinishedPixels", "Pixels", "PixelsInFile", "PixelsInMemory", "Target", "check_streamed"]
+__all__ = ["FinishedPixels", "Pixels", "PixelsInFile", "PixelsInMemory", "Target", "check_streamed", "put"]
 
 Array = NDArray[np.float32]
 
@@ -171,6 +171,18 @@ class Target(Protocol):
     def image(self, attrs: Mapping[str, Any], *, partial: bool) -> SpectralImage:
         """Finish; pixels that were not kept are NaN."""
         ...
+
+
+def put(target: Target, first: int, pixels: Pixels) -> Pixels:
+    """Put pixels that are somewhere else into a target, from number `first` on; return where they are now."""
+    count = len(pixels.standard_error)
+    room, at = target.room(first, count)
+    own = room[at : at + count]
+    own.radiance[:], own.standard_error[:] = pixels.radiance, pixels.standard_error
+    if own.component_standard_error is not None:
+        own.component_standard_error[:] = pixels.component_standard_error
+    target.keep(first, count)
+    return own
 
 
 def check_streamed(path: str | os.PathLike[str]) -> None:

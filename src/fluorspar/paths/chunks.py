@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.files.run_journal import Run
 from fluorspar.job import RenderJob
 from fluorspar.paths.log import Chunk
 from fluorspar.paths.numbering import numbered, rows_shown
@@ -21,8 +22,6 @@ from fluorspar.spectral.light import means_over_bands
 
 __all__ = ["CHUNK", "Run", "runs_of", "trace_chunks", "tracer_of", "variant_of"]
 
-Run = tuple[int, int]
-"""Number of the first pixel of a chunk, and how many pixels it has."""
 
 # Paths traced at a time. The paths of a pixel are the same whatever this is, but standard errors are pooled within a
 # chunk, so it is constant. A small chunk stays in a processor's caches, a large one keeps a GPU busy: 2^21 instead of

@@ -17,7 +17,7 @@ from fluorspar.files.writing import check_alone, remove_unfinished, unfinished
 from fluorspar.fingerprint import differences
 from fluorspar.image.combining import pixels_of
 from fluorspar.image.components import COMPONENTS
-from fluorspar.image.pixels import Target
+from fluorspar.image.pixels import Target, put
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 
@@ -197,15 +197,8 @@ def take_over(target: Target, image: SpectralImage, runs: list[Run]) -> None:
         if target.has(first, count):
             continue
         pixels = pixels_of(image, first, count)
-        if np.isnan(pixels.radiance[0, :, 0]).any():
-            continue
-        room, at = target.room(first, count)
-        own = room[at : at + count]
-        own.radiance[...] = pixels.radiance
-        own.standard_error[...] = pixels.standard_error
-        if own.component_standard_error is not None:
-            own.component_standard_error[...] = pixels.component_standard_error
-        target.keep(first, count)
+        if not np.isnan(pixels.radiance[0, :, 0]).any():
+            put(target, first, pixels)
 
 
 def check_passes(image: SpectralImage, job: RenderJob, output: str | os.PathLike[str]) -> None:

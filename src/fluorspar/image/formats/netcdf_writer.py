@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -15,16 +14,16 @@ from numpy.typing import NDArray
 from fluorspar.errors import ImageError, message
 from fluorspar.files.patient_file import PatientFile
 from fluorspar.files.run_journal import Left, RunJournal
-from fluorspar.files.writing import Temporary, check_target, undisturbed, write_error
+from fluorspar.files.writing import Temporary, check_target, write_error
 from fluorspar.image.components import COMPONENTS
-from fluorspar.image.dataset import VARIABLES, plain_attrs
+from fluorspar.image.formats.image_writer import ImageWriter
 from fluorspar.image.formats.netcdf_layout import create, places, write_attrs
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["NetcdfWriter"]
 
 
-class NetcdfWriter:
+class NetcdfWriter(ImageWriter):
     """Write a spectral image to a NetCDF file while it is being rendered.
 
     The file has a temporary name until it is closed. Leaving the `with` block through an exception removes it
@@ -69,6 +68,8 @@ class NetcdfWriter:
     (7, 2, 3, 69)
     """
 
+    kind = "file"
+
     def __init__(
         self,
         path: str | os.PathLike[str],
@@ -82,20 +83,10 @@ class NetcdfWriter:
         label: Mapping[str, str] | None = None,
         left: Left | None = None,
     ) -> None:
-        self.wavelengths = wavelengths
-        self.height, self.width = height, width
-        self.attrs = plain_attrs(attrs or {})
-        layers = {
-            name: len(components) if "component" in dims else 1
-            for name, (_, dims) in VARIABLES.items()
-            if name in ("radiance", "standard_error")
-            or (component_errors and name == "component_standard_error")
-        }
-        pixel_bytes = 4 * len(wavelengths) * sum(layers.values())
+        super().__init__(wavelengths, height, width, attrs, component_errors, len(components))
+        pixel_bytes = 4 * len(wavelengths) * sum(self._layers.values())
         there = 0 if left is None else sum(count for _, count in left.runs)
         self.path = check_target(path, (height * width - there) * pixel_bytes)
-        self._layers = layers
-        self._known = np.zeros(height * width, bool)
         self._data = -1
         self._journal: RunJournal | None = None
         try:
@@ -111,98 +102,26 @@ class NetcdfWriter:
         except OSError as err:
             raise write_error(self.path, err) from err
 
-    def __enter__(self) -> NetcdfWriter:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is not None:
-            self.discard()
-        elif self._data >= 0:
-            self.close()
-
-    def has(self, first_pixel: int, count: int) -> bool:
-        """Whether pixels have been written."""
-        return bool(self._known[first_pixel : first_pixel + count].all())
-
     @property
-    def finished_pixels(self) -> int:
-        """How many pixels have been written."""
-        return int(np.count_nonzero(self._known))
+    def _is_open(self) -> bool:
+        return self._data >= 0
 
-    def write_pixels(
-        self,
-        first_pixel: int,
-        radiance: NDArray[np.floating],
-        standard_error: NDArray[np.floating],
-        component_standard_error: NDArray[np.floating] | None = None,
-    ) -> None:
-        """Write consecutive pixels, numbered row by row from the top left.
+    def _write(self, first_pixel: int, count: int, given: Mapping[str, NDArray[np.floating]]) -> None:
+        for name in self._layers:
+            for layer, pixels in enumerate(given[name].swapaxes(0, 1)):
+                self._put(name, layer, first_pixel, pixels)
+        self._known[first_pixel : first_pixel + count] = True
+        if self._journal is not None:
+            self._journal.add(first_pixel, count)
 
-        Parameters
-        ----------
-        first_pixel : int
-            Number of the first pixel, y * width + x. Pixels may come in any order.
-        radiance : ndarray of shape (n, C, N)
-            W m-2 sr-1 nm-1.
-        standard_error : ndarray of shape (n, N)
-            Of the total.
-        component_standard_error : ndarray of shape (n, C, N), optional
-            Of the components, if they were announced.
-
-        Raises
-        ------
-        ImageError
-            If the pixels are not in the image, a shape does not fit, or the disk is full.
-        """
-        given = {
-            "radiance": radiance,
-            "standard_error": standard_error[:, np.newaxis],
-            "component_standard_error": component_standard_error,
-        }
-        count = len(radiance)
-        self._check(first_pixel, count, given)
-        with self._step():
-            for name in self._layers:
-                values: Any = given[name]
-                for layer, pixels in enumerate(values.swapaxes(0, 1)):
-                    self._put(name, layer, first_pixel, pixels)
-            self._known[first_pixel : first_pixel + count] = True
-            if self._journal is not None:
-                self._journal.add(first_pixel, count)
-
-    def close(self, partial: bool = False, attrs: Mapping[str, Any] | None = None) -> None:
-        """Complete the file and give it its name.
-
-        Parameters
-        ----------
-        partial : bool
-            Mark the image as unfinished, with the attribute `partial` = 1. That is done anyway if pixels are
-            missing; those are NaN.
-        attrs : mapping, optional
-            More attributes, such as the timings.
-
-        Raises
-        ------
-        ImageError
-            If the disk is full.
-        """
-        if self._data < 0:
-            raise ImageError(message("the file is closed already", where=self.path))
-        with self._step():
-            self.attrs.update(attrs or {})
-            if not self._known.all():
-                self._fill_gaps()
-                partial = True
-            if partial:
-                self.attrs["partial"] = 1
-            if self._journal is not None:
-                self._journal.close()  # all is on the disk if it took long
-            os.close(self._data)
-            self._data = -1
-            write_attrs(self._temporary.path, self.attrs)
-            self._temporary.keep(durable=self._can_go_on)
+    def _complete(self) -> None:
+        self._fill_gaps()
+        if self._journal is not None:
+            self._journal.close()  # all is on the disk if it took long
+        os.close(self._data)
+        self._data = -1
+        write_attrs(self._temporary.path, self.attrs)
+        self._temporary.keep(durable=self._can_go_on)
 
     def discard(self) -> None:
         """Give the file up; an older file of the name stays as it was.
@@ -223,42 +142,6 @@ class NetcdfWriter:
     @property
     def _can_go_on(self) -> bool:
         return self._journal is not None and self._journal.is_begun
-
-    @contextmanager
-    def _step(self) -> Iterator[None]:
-        """Do something to the file whole, whatever Ctrl-C says, or give the file up."""
-        with undisturbed():
-            try:
-                yield
-            except (OSError, RuntimeError) as err:
-                self.discard()
-                raise write_error(self.path, err, kept=self._can_go_on) from err
-            except BaseException:
-                self.discard()
-                raise
-
-    def _check(self, first_pixel: int, count: int, given: Mapping[str, NDArray[np.floating] | None]) -> None:
-        for name, array in given.items():
-            wanted = (count, self._layers[name], len(self.wavelengths)) if name in self._layers else None
-            got = None if array is None else array.shape
-            if got != wanted:
-                raise ImageError(
-                    message(
-                        "pixels have the wrong shape",
-                        where=name,
-                        got=got or "none",
-                        expected=wanted or "none",
-                    )
-                )
-        if self._data < 0 or first_pixel < 0 or first_pixel + count > self.height * self.width:
-            raise ImageError(
-                message(
-                    "the file is closed" if self._data < 0 else "pixels lie outside the image",
-                    where=self.path,
-                    got=f"pixels {first_pixel} to {first_pixel + count - 1}",
-                    expected=f"0 to {self.height * self.width - 1}",
-                )
-            )
 
     def _begin(self, components: Sequence[str], label: Mapping[str, str] | None, left: Left | None) -> None:
         """Lay out the file, or go on with what was left of it."""

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import ImageError, message
 from fluorspar.extras import check_extra
 from fluorspar.files.folders import TemporaryFolder, check_folder
-from fluorspar.files.writing import undisturbed, write_error
+from fluorspar.files.writing import write_error
 from fluorspar.image.components import COMPONENTS
-from fluorspar.image.dataset import VARIABLES, plain_attrs
+from fluorspar.image.dataset import VARIABLES
+from fluorspar.image.formats.image_writer import ImageWriter
 from fluorspar.image.formats.zarr_layout import chunk_shape, create, describe, is_store, put
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -33,7 +31,7 @@ class _Block:
         self.known = np.zeros(pixels, bool)
 
 
-class ZarrWriter:
+class ZarrWriter(ImageWriter):
     """Write a spectral image to a Zarr store while it is being rendered; it can be read meanwhile.
 
     If there is no store of that name yet, the new one has it from the start; what is not finished is NaN, and the
@@ -77,6 +75,8 @@ class ZarrWriter:
     (7, 2, 3, 69)
     """
 
+    kind = "store"
+
     def __init__(
         self,
         path: str | os.PathLike[str],
@@ -90,24 +90,13 @@ class ZarrWriter:
         label: Mapping[str, str] | None = None,
     ) -> None:
         check_extra("cluster")
-        self.wavelengths = wavelengths
-        self.height, self.width = height, width
-        self.attrs = plain_attrs(attrs or {})
-        self._variables = [
-            name
-            for name in ("radiance", "standard_error", "component_standard_error")
-            if component_errors or name != "component_standard_error"
-        ]
-        self._layers = {
-            name: len(components) if "component" in VARIABLES[name][1] else 1 for name in self._variables
-        }
+        super().__init__(wavelengths, height, width, attrs, component_errors, len(components))
         self._rows, _ = chunk_shape(height, width, len(wavelengths))
         block_bytes = 4 * len(wavelengths) * sum(self._layers.values()) * self._rows * width
         self._held = max(_BUFFER_BYTES // block_bytes, 2)
         self._blocks: dict[int, _Block] = {}  # in the order of their last use
         self._spilled: dict[int, NDArray[np.bool_]] = {}
         self._spare: list[_Block] = []
-        self._known = np.zeros(height * width, bool)
         self.path = check_folder(path, is_store, "Zarr store")
         self._open = True
         try:
@@ -121,29 +110,13 @@ class ZarrWriter:
                 components,
                 height,
                 width,
-                self._variables,
+                list(self._layers),
                 {**self.attrs, "fingerprint": label and dict(label), "partial": 1},
             )
 
-    def __enter__(self) -> ZarrWriter:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is not None:
-            self.discard()
-        elif self._open:
-            self.close()
-
     @property
-    def finished_pixels(self) -> int:
-        """How many pixels have been written."""
-        return int(np.count_nonzero(self._known))
-
-    def has(self, first_pixel: int, count: int) -> bool:
-        """Whether pixels have been written."""
-        return bool(self._known[first_pixel : first_pixel + count].all())
+    def _is_open(self) -> bool:
+        return self._open
 
     def read_pixels(self, variable: str, first_pixel: int, count: int) -> NDArray[np.float32]:
         """Read pixels that have been written.
@@ -160,120 +133,31 @@ class ZarrWriter:
                 parts.append(values[:, start:stop])
         return np.concatenate(parts, axis=1)
 
-    def write_pixels(
-        self,
-        first_pixel: int,
-        radiance: NDArray[np.floating],
-        standard_error: NDArray[np.floating],
-        component_standard_error: NDArray[np.floating] | None = None,
-    ) -> None:
-        """Write consecutive pixels, numbered row by row from the top left.
-
-        Parameters
-        ----------
-        first_pixel : int
-            Number of the first pixel, y * width + x. Pixels may come in any order.
-        radiance : ndarray of shape (n, C, N)
-            W m-2 sr-1 nm-1.
-        standard_error : ndarray of shape (n, N)
-            Of the total.
-        component_standard_error : ndarray of shape (n, C, N), optional
-            Of the components, if they were announced.
-
-        Raises
-        ------
-        ImageError
-            If the pixels are not in the image, a shape does not fit, or the disk is full.
-        """
-        given = {
-            "radiance": radiance,
-            "standard_error": standard_error[:, np.newaxis],
-            "component_standard_error": component_standard_error,
-        }
-        count = len(radiance)
-        self._check(first_pixel, count, given)
-        with self._step():
-            done = 0
-            for number, start, stop in self._pieces(first_pixel, count):
-                block = self._block(number)
-                for name in self._variables:
-                    pixels = given[name][done : done + stop - start]  # type: ignore[index]
-                    block.arrays[name][:, start:stop] = pixels.swapaxes(0, 1)
-                block.known[start:stop] = True
-                done += stop - start
-                if block.known[: self._pixels_in(number)].all():
-                    self._flush(number)
-            self._known[first_pixel : first_pixel + count] = True
-
-    def close(self, partial: bool = False, attrs: Mapping[str, Any] | None = None) -> None:
-        """Complete the store and give it its name.
-
-        Parameters
-        ----------
-        partial : bool
-            Mark the image as unfinished, with the attribute `partial` = 1. That is done anyway if pixels are
-            missing; those are NaN.
-        attrs : mapping, optional
-            More attributes, such as the timings.
-
-        Raises
-        ------
-        ImageError
-            If the disk is full.
-        """
-        if not self._open:
-            raise ImageError(message("the store is closed already", where=self.path))
-        with self._step():
-            self.attrs.update(attrs or {})
-            if partial or not self._known.all():
-                self.attrs["partial"] = 1
-            for number in list(self._blocks):
+    def _write(self, first_pixel: int, count: int, given: Mapping[str, NDArray[np.floating]]) -> None:
+        done = 0
+        for number, start, stop in self._pieces(first_pixel, count):
+            block = self._block(number)
+            for name in self._layers:
+                pixels = given[name][done : done + stop - start]
+                block.arrays[name][:, start:stop] = pixels.swapaxes(0, 1)
+            block.known[start:stop] = True
+            done += stop - start
+            if block.known[: self._pixels_in(number)].all():
                 self._flush(number)
-            describe(self._group, self.attrs)
-            self._temporary.keep()
-            self._open = False
+        self._known[first_pixel : first_pixel + count] = True
+
+    def _complete(self) -> None:
+        for number in list(self._blocks):
+            self._flush(number)
+        describe(self._group, self.attrs)
+        self._temporary.keep()
+        self._open = False
 
     def discard(self) -> None:
         """Remove what was written; an older store of the name stays as it was."""
         self._open = False
         self._temporary.drop()
         self._blocks.clear()
-
-    @contextmanager
-    def _step(self) -> Iterator[None]:
-        """Do something to the store whole, whatever Ctrl-C says, or give the store up."""
-        with undisturbed():
-            try:
-                yield
-            except (OSError, RuntimeError) as err:
-                self.discard()
-                raise write_error(self.path, err) from err
-            except BaseException:
-                self.discard()
-                raise
-
-    def _check(self, first_pixel: int, count: int, given: Mapping[str, NDArray[np.floating] | None]) -> None:
-        for name, array in given.items():
-            wanted = (count, self._layers[name], len(self.wavelengths)) if name in self._layers else None
-            got = None if array is None else array.shape
-            if got != wanted:
-                raise ImageError(
-                    message(
-                        "pixels have the wrong shape",
-                        where=name,
-                        got=got or "none",
-                        expected=wanted or "none",
-                    )
-                )
-        if not self._open or first_pixel < 0 or first_pixel + count > self.height * self.width:
-            raise ImageError(
-                message(
-                    "pixels lie outside the image" if self._open else "the store is closed",
-                    where=self.path,
-                    got=f"pixels {first_pixel} to {first_pixel + count - 1}",
-                    expected=f"0 to {self.height * self.width - 1}",
-                )
-            )
 
     def _pieces(self, first_pixel: int, count: int) -> Iterator[tuple[int, int, int]]:
         """Cut a run of pixels at the ends of blocks: the number of each block, and first and last pixel in it."""
