@@ -171,6 +171,23 @@ def test_a_sharp_edge_between_dyes_stays_sharp() -> None:
     np.testing.assert_allclose(across[[26, 27, 32, 33]], [0, 0, 1, 1], atol=0.05)
 
 
+def test_a_component_without_noise_stays_as_it_is() -> None:
+    exact, grid = two_dyes(0.0), two_dyes(0.0).wavelengths
+    known = exact.total().values
+    light = np.full_like(known, known.mean())
+    noisy = light * np.random.default_rng(4).normal(1, 0.2, (64, 64, 1))
+    image = SpectralImage.from_arrays(
+        np.stack([known, noisy]),
+        grid,
+        0.2 * light,
+        {"method": "paths"},
+        components=["direct_reflection", "indirect_reflection"],
+    )
+    clean = image.denoised()
+    np.testing.assert_allclose(clean.component("direct_reflection").values, known, rtol=0.02)
+    assert np.std(clean.component("indirect_reflection").values - light) < 0.25 * np.std(noisy - light)
+
+
 def test_pixels_that_were_not_rendered_stay_unknown() -> None:
     image = two_dyes(0.15)
     image.dataset["radiance"].values[:, 40:] = np.nan

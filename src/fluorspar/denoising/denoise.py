@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from fluorspar.denoising.errors import relative_error
 from fluorspar.denoising.oidn import denoise_channels
 from fluorspar.denoising.pictures import Picture, channels_of_errors, pictures_of, strips
-from fluorspar.denoising.shares import shared_out
-from fluorspar.denoising.windows import bias_squares, mean_around
+from fluorspar.denoising.shares import shared_out, sum_of
+from fluorspar.denoising.windows import mean_around, noise_around, noisy_share
 from fluorspar.errors import ImageError, message
 from fluorspar.extras import check_extra
 from fluorspar.image.computed import computed
@@ -37,8 +37,10 @@ Array = NDArray[np.float32]
 Surfaces = tuple[Array, Array]
 Rows = Callable[[slice], Array]
 
-_CHANNELS = 3, 6  # of a component, and of the total
+_CHANNELS = 2, 6  # of a component, and of the total
 _WINDOW = 7  # pixels, for the blend with the noisy image
+_LEFT = 0.25  # of the noise, in a denoised component
+_KNOWN, _UNKNOWN = 1e-3, 1.0  # errors of components, relative to their level: least and most
 _SOURCE = "source"
 
 
@@ -74,10 +76,8 @@ def denoise(
         *parts, whole = pictures_of(dataset, names, _CHANNELS, pool)
         lit = {name: part for name, part in zip(names, parts, strict=True) if part.channels.any()}
         error = _denoise_total(whole, dataset, surfaces, pool)
-        if len(names) == 1:
-            lit = dict.fromkeys(lit, whole)
-        else:
-            _denoise_components(list(lit.values()), surfaces)
+        if len(lit) > 1:  # one alone is the total
+            _denoise_components(list(lit.values()), surfaces, pool)
     radiance = _radiance(dataset, lit, whole)
     guided = "without the scene" if surfaces is None else "guided by colours and normals of surfaces"
     parts_of = {"radiance": radiance, "denoised_error": error}
@@ -131,9 +131,7 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
         errors = np.stack([np.sqrt(mean_around(x**2, _WINDOW)) for x in np.moveaxis(removed, 2, 0)], axis=2)
     scale = 1 / np.maximum(clean.mean(axis=(0, 1)), np.finfo(np.float32).tiny)
     variance = (errors * scale).mean(axis=2) ** 2
-    bias = bias_squares((removed * scale).mean(axis=2) ** 2, variance, _WINDOW)
-    # The best weights of two estimates, one of which has noise and the other a bias.
-    own = bias / np.maximum(bias + mean_around(variance, _WINDOW), np.finfo(np.float32).tiny)
+    own = noisy_share((removed * scale).mean(axis=2), mean_around(variance, _WINDOW), _WINDOW)
     share = relative_error(clean[..., ::2], errors[..., ::2], surfaces)
     of_clean = np.stack([share * mean_around(x, _WINDOW) for x in np.moveaxis(clean, 2, 0)], axis=2)
     own = own[..., np.newaxis]
@@ -155,13 +153,25 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
     return error
 
 
-def _denoise_components(pictures: list[Picture], surfaces: Surfaces | None) -> None:
-    """Denoise components, in place: only their shares of the total are used."""
-    if pictures:
-        channels = np.concatenate([picture.channels for picture in pictures], axis=2)
-        for picture, of_picture in zip(pictures, np.split(channels, len(pictures), axis=2), strict=True):
-            picture.channels = of_picture
-        denoise_channels(channels, surfaces, fast=True, own_means=True, out=channels)
+def _denoise_components(pictures: list[Picture], surfaces: Surfaces | None, pool: Executor) -> None:
+    """Denoise components, in place, and estimate their errors: the surer a component, the less the total changes it."""
+    noisy = np.concatenate([picture.channels for picture in pictures], axis=2)
+    clean = denoise_channels(noisy, surfaces, fast=True, own_means=True)
+    count = len(pictures)
+    before, after = (np.split(channels, count, axis=2) for channels in (noisy, clean))
+    list(pool.map(_blend, pictures, before, after))
+
+
+def _blend(picture: Picture, noisy: Array, clean: Array) -> None:
+    """Take the denoised channels of a component, and the noisy ones where these are better."""
+    means = noisy.mean(axis=2), clean.mean(axis=2)
+    variance = noise_around(*means, _WINDOW)
+    own = noisy_share(means[0] - means[1], variance, _WINDOW)
+    picture.channels = clean + own[..., np.newaxis] * (noisy - clean)
+    level = mean_around(picture.channels.mean(axis=2), _WINDOW)
+    error = np.sqrt(np.maximum(own, _LEFT**2) * variance)
+    relative = np.divide(error, level, out=np.full_like(error, _UNKNOWN), where=level > error)
+    picture.uncertainty = np.square(np.maximum(relative, _KNOWN))[..., np.newaxis]
 
 
 def _lamps(dataset: xr.Dataset) -> NDArray[np.bool_]:
@@ -186,11 +196,12 @@ def _radiance(dataset: xr.Dataset, lit: dict[str, Picture], whole: Picture) -> R
 
     def finish_row(row: slice, radiance: Array) -> None:
         done = [radiance[names.index(name)] for name in lit]
-        total = done[0].copy()
-        for values in done[1:]:
-            total += values
-        for name, values in zip(lit, done, strict=True):
-            values[...] = lit[name].denoised(values, row)
-        shared_out(whole.denoised(total, row), done)
+        total = whole.denoised(sum_of(done), row)
+        if len(done) == 1:
+            done[0][...] = total
+            return
+        for part, values in zip(lit.values(), done, strict=True):
+            values[...] = part.denoised(values, row)
+        shared_out(total, done, [part.uncertainty[row] for part in lit.values()])
 
     return finished

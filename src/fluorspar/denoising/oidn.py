@@ -71,11 +71,12 @@ def _picture(noisy: Array, guides: dict[str, Any], fast: bool) -> Array:
     quality = oidn.Quality.Fast if fast else oidn.Quality.High
     device = oidn.Device()
     if device.type != oidn.DeviceType.CPU:
-        return np.array(oidn.denoise(noisy, hdr=True, quality=quality, **guides))
+        return np.array(oidn.denoise(noisy, hdr=True, quality=quality, clean_aux=bool(guides), **guides))
     clean = np.empty_like(noisy)
     tiled = device.new_filter("RT")
     for name, image in ({"color": noisy, "output": clean} | guides).items():
         tiled.set_image(name, image)
     tiled.hdr, tiled.quality, tiled.max_memory_mb = True, quality, _MEGABYTES
+    tiled.clean_aux = bool(guides)
     tiled.execute()
     return clean

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,11 +36,14 @@ class Picture:
         What they are of spectra, see `channel_ranges`.
     spectra : ndarray of shape (n, N)
         What goes with them, see `channel_spectra`.
+    uncertainty : ndarray of shape (Y, X, 1)
+        Variance of the denoised channels, over the square of their level; of components only.
     """
 
     channels: Array
     ranges: Array
     spectra: Array
+    uncertainty: Array = field(init=False)
 
     def denoised(self, radiance: Array, rows: slice) -> Array:
         """Denoise the spectra of some rows: what no channel holds becomes lighter or darker as they do."""

@@ -23,7 +23,7 @@ __all__ = ["first_hits"]
 
 Array = NDArray[np.float32]
 
-_SAMPLES = 8  # of a pixel
+_SAMPLES = 16  # of a pixel
 _RAYS = 1 << 21  # at a time
 _MIRRORS = 6  # smooth surfaces that are looked through
 
