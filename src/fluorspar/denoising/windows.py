@@ -41,9 +41,9 @@ def noise_around(noisy: Array, denoised: Array, size: int) -> Array:
 
     Notes
     -----
-    Pixels beside one another have noise of their own, but may share what they show, at least along an edge; and what the
-    denoiser is off as well. So of half the squared differences of neighbours, in four directions, the least are taken,
-    of the noisy picture and of what was removed from it.
+    Pixels beside one another have noise of their own, but may share what they show, at least along an edge; and what
+    the denoiser is off as well. So of half the squared differences of neighbours, in four directions, the least are
+    taken, of the noisy picture and of what was removed from it.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def noise_around(noisy: Array, denoised: Array, size: int) -> Array:
 
 
 def noisy_share(removed: Array, variance: Array, size: int) -> Array:
-    """The share of the noisy picture in the best mean of it, which has noise, and of the denoised one, which has a bias.
+    """The share of the noisy picture in its best mean with the denoised one: noise against bias.
 
     Parameters
     ----------
