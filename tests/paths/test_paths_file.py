@@ -145,7 +145,7 @@ def test_nothing_is_kept_of_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     def stop(*_: object, **__: object) -> Any:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("fluorspar.paths.light_paths.trace_chunks", stop)
+    monkeypatch.setattr("fluorspar.paths.trace.trace_chunks", stop)
     (tmp_path / "a.paths").write_bytes(b"older")
     with pytest.raises(KeyboardInterrupt):
         trace("cornell-box", **OPTIONS, output=tmp_path / "a.paths")

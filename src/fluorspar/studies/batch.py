@@ -208,9 +208,9 @@ def _results(
         return
     from distributed import as_completed
 
-    from fluorspar.cluster.versions import check_workers
+    from fluorspar.cluster.fit_workers import FitWorkers
 
-    check_workers(client)
+    FitWorkers(client)
     futures = {client.submit(_task, group, threads, pure=False): group for group in groups}
     try:
         for future in as_completed(futures):
