@@ -13,6 +13,7 @@ import pytest
 from distributed import Client
 
 import fluorspar
+from fluorspar.cluster import dispatch
 from fluorspar.errors import FluorsparWarning, OptionError
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.paths import chunks, paths_file, trace
@@ -52,6 +53,22 @@ def test_two_workers_make_the_same_image(scene: str, client: Client, tmp_path: P
 
 def test_it_stays_in_memory_without_a_file(client: Client) -> None:
     assert_same(fluorspar.render("furnace", **OPTIONS), fluorspar.render("furnace", **OPTIONS, client=client))
+
+
+def test_a_large_run_comes_in_parts(client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Expected: the same image, of which the client holds only a part at a time."""
+    here = fluorspar.render("cornell-box", **OPTIONS)
+    monkeypatch.setattr(dispatch, "_TASK", 2208 * 500)
+    done: list[int] = []
+    there = fluorspar.render(
+        "cornell-box",
+        **OPTIONS,
+        client=client,
+        output=tmp_path / "a.nc",
+        progress=lambda now, _: done.append(now),
+    )
+    assert done == [500, 1000, 1500, 1536]
+    assert_same(here, there)
 
 
 def test_workers_forget_the_results(client: Client) -> None:
