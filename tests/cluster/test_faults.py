@@ -19,7 +19,7 @@ import trimesh
 from distributed import Client
 
 import fluorspar
-from cluster.conftest import workers
+from cluster.conftest import scheduler_and_worker, workers
 from fluorspar.cluster import dispatch
 from fluorspar.errors import ClusterError, FluorsparWarning, SceneError
 
@@ -60,33 +60,6 @@ def test_a_worker_that_is_killed_in_the_middle_of_a_chunk_costs_time_only(
     assert assert_same_where_finished(image, expected) == 1
     client.wait_for_workers(2)
     assert not set(client.run(os.getpid).values()) & set(before.values())
-
-
-@contextmanager
-def scheduler_and_worker(folder: Path) -> Iterator[tuple[Client, int]]:
-    """A client of a scheduler in a process of its own, and the number of that process."""
-    log = (folder / "log").open("w")
-    run = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
-    options = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
-    file = folder / "scheduler.json"
-    scheduler = subprocess.Popen([*run, *options, "--scheduler-file", str(file)], stdout=log, stderr=log)
-    run = [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(file)]
-    options = ["--nthreads", "1", "--host", "127.0.0.1", "--local-directory", str(folder)]
-    worker = None
-    try:
-        until = time.monotonic() + 30
-        while not file.exists():
-            assert time.monotonic() < until
-            time.sleep(0.05)
-        worker = subprocess.Popen([*run, *options], stdout=log, stderr=log)
-        with Client(scheduler_file=str(file)) as client:
-            yield client, scheduler.pid
-    finally:
-        for process in (scheduler, worker):
-            if process is not None:
-                process.terminate()
-                process.wait(30)
-        log.close()
 
 
 @pytest.mark.usefixtures("small_runs")

@@ -291,6 +291,15 @@ class TestFaults:
         assert statuses(index) == ["failed"]
         assert "the disk is full" in index["fault"].values[0]
 
+    def test_two_names_of_one_file_are_refused(self, folder: Path) -> None:
+        (folder / "real").mkdir()
+        (folder / "linked").symlink_to("real")
+        rows = [{"seed": seed, "output": f"{where}/a.nc"} for seed, where in enumerate(("real", "linked"))]
+        with pytest.raises(
+            OptionError, match=r"(?s)two images have the same file.*real/a\.nc and .*linked/a\.nc"
+        ):
+            batch({"render": QUICK, "rows": rows})
+
     def test_a_scene_is_not_overwritten(self) -> None:
         os.rename("ball.xml", "ball.nc")
         with pytest.raises(OptionError, match="is one that is read"):

@@ -11,7 +11,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
+from fluorspar.errors import ClusterError, FluorsparError, FluorsparWarning, OptionError, message
 from fluorspar.extras import check_extra
 from fluorspar.files.writing import check_not_input, check_target
 from fluorspar.progress import Progress, shown
@@ -24,6 +24,8 @@ from fluorspar.studies.study import Study, read_study
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from fluorspar.cluster.fit_workers import Unfit
 
 __all__ = ["batch", "run_study"]
 
@@ -69,6 +71,9 @@ def batch(
         row "failed": it is tried twice, and again by the next call.
     FluorsparError
         If a client is given, and Dask is not installed.
+    ClusterError
+        If the scheduler of the client is lost, or no worker has the versions of the client. What is done is kept, and
+        in the index; the same call goes on with the rest.
 
     Notes
     -----
@@ -136,6 +141,10 @@ def run_study(
             of = f"{count} of {len(study.rows)} renders are done"
             text = f"interrupted: {of}; the same command goes on with the others"
             warnings.warn(text, FluorsparWarning, stacklevel=3)
+    except ClusterError:
+        with suppress(FluorsparError):
+            _write(study, found)
+        raise
     _write(study, found)
     return _all(study, found)
 
@@ -147,6 +156,12 @@ def _prepare(study: Study) -> None:
     indices = (
         [] if study.index is None else [f"{os.path.realpath(study.index)}{of}" for of in (".csv", ".nc")]
     )
+    real: dict[str, Path] = {}
+    for path in (path for row in study.rows for path in row.outputs):
+        if real.setdefault(os.path.realpath(path), path) != path:
+            got = f"{real[os.path.realpath(path)]} and {path}"
+            fix = "name one file for each image; symbolic links are followed"
+            raise OptionError(message("two images have the same file", got=got, fix=fix))
     for row in study.rows:
         for path in row.outputs:
             if os.path.realpath(path) in indices:
@@ -206,34 +221,72 @@ def _results(
             if not again:
                 bar.advance(len(results))
         return
+    yield from _on_workers(groups, client, threads, bar, again)
+
+
+def _on_workers(
+    groups: Sequence[Group], client: Any, threads: int | None, bar: _Bar, again: bool
+) -> Generator[list[Result]]:
+    """Do groups on workers, in any order; raises ClusterError if the scheduler is lost, or no worker fits."""
     from distributed import as_completed
 
-    from fluorspar.cluster.fit_workers import FitWorkers
+    from fluorspar.cluster.connect import check_connection, connection
+    from fluorspar.cluster.fit_workers import FitWorkers, Unfit
+    from fluorspar.cluster.versions import versions_here
 
-    FitWorkers(client)
-    futures = {client.submit(_task, group, threads, pure=False): group for group in groups}
+    workers, begun = FitWorkers(client), {}
+
+    def begin(group: Group) -> Any:
+        where = {} if workers.only is None else {"workers": workers.only, "allow_other_workers": True}
+        with connection(client):
+            future = client.submit(_task, group, threads, versions_here(), pure=False, **where)
+        begun[future] = group
+        return future
+
     try:
-        for future in as_completed(futures):
-            rows = futures[future].rows
+        done = as_completed([begin(group) for group in groups])
+        for future in done:
+            group = begun[future]
             try:
                 results = future.result()
             except Exception as err:  # a worker that died, above all
-                results = [Result(row.number, "failed", fault=fault_of(err)) for row in rows]
+                check_connection(client)
+                results = [Result(row.number, "failed", fault=fault_of(err)) for row in group.rows]
+            del begun[future]
+            if isinstance(results, Unfit):
+                workers.look(patient=True)
+                workers.refuse(results)
+                done.add(begin(group))
+                continue
             yield results
             if not again:
-                bar.advance(len(rows))
+                bar.advance(len(group.rows))
     finally:
         if client.status == "running":
-            client.cancel(list(futures))
+            client.cancel(list(begun))
 
 
-def _task(group: Group, threads: int | None) -> list[Result]:
-    """Do a group on a worker, with the threads it has."""
+def _task(group: Group, threads: int | None, versions: Mapping[str, str]) -> list[Result] | Unfit:
+    """Do a group on a worker, with the threads it has; stop between chunks if nobody waits for it any more."""
     from distributed import get_worker
+    from distributed.worker import thread_state
 
+    from fluorspar.cluster.fit_workers import Unfit
     from fluorspar.cluster.task import in_turn
+    from fluorspar.cluster.versions import check_versions, versions_here
 
-    return in_turn(do_group, group, threads or get_worker().state.nthreads)
+    worker, key = get_worker(), thread_state.key
+    try:
+        check_versions(versions, versions_here(), worker.address)
+    except ClusterError as err:
+        return Unfit(worker.address, str(err))
+
+    def tell(finished: int, share: float) -> None:
+        task = worker.state.tasks.get(key)
+        if task is None or task.state == "cancelled":
+            raise KeyboardInterrupt
+
+    return in_turn(do_group, group, threads or worker.state.nthreads, tell)
 
 
 class _Bar:
