@@ -177,7 +177,8 @@ def _joined(chunk: Chunk) -> Log:
         return log
     block, column = np.divmod(np.arange(slots), BLOCK)
     pieces, total = [], np.zeros(slots, np.int64)  # where lanes have them, and how many entries so far
-    going, at = np.arange(slots), np.arange(slots)
+    going: NDArray[Any] = np.arange(slots)
+    at: NDArray[Any] = np.arange(slots)
     while len(going):
         pieces.append((going, at, total[going]))
         total[going] += log.used[at]

@@ -21,6 +21,7 @@ from fluorspar.studies.files import located, mark_of
 from fluorspar.studies.groups import Group, groups_of
 from fluorspar.studies.index import index_of, read_marks, write_index
 from fluorspar.studies.study import Study, read_study
+from fluorspar.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -182,32 +183,38 @@ def _prepare(study: Study) -> None:
 def _done_before(study: Study) -> dict[int, Result]:
     """Rows whose files are there, whole, and made by the same row."""
     known = read_marks(study)
-    found = {}
+    found, others = {}, set()
     for row in study.rows:
         if all(path.exists() for path in row.outputs):
             mark = mark_of(row)
-            if all(_mark_in(path, known) == mark for path in row.outputs):
+            there = [_mark_in(path, known) for path in row.outputs]
+            if all(each == mark for each, _ in there):
                 found[row.number] = Result(row.number, "done", mark=mark, before=True)
+                others |= {version for _, version in there} - {"", __version__}
+    if others:
+        text = (
+            f"some images were made by Fluorspar {', '.join(sorted(others))} and count as done; delete them to have "
+            f"them made by {__version__}"
+        )
+        warnings.warn(text, FluorsparWarning, stacklevel=5)
     return found
 
 
-def _mark_in(path: Path, known: Mapping[Path, str]) -> str:
-    """The mark of the row that a file was made by; "" if it is a part of an image, or another's."""
-    if path.suffix.lower() == ".zarr":
-        try:
-            attrs = json.loads((path / "zarr.json").read_text())["attributes"]
-        except (OSError, ValueError, KeyError):
-            return ""  # damaged
-        return "" if "partial" in attrs else str(attrs.get(MARK, ""))
-    if path.suffix.lower() != ".nc":
-        return known.get(path, "")
-    import h5py
-
+def _mark_in(path: Path, known: Mapping[Path, str]) -> tuple[str, str]:
+    """The mark of the row that a file was made by, "" if it is a part of an image, or another's; and the version."""
+    if path.suffix.lower() not in (".nc", ".zarr"):
+        return known.get(path, ""), ""
     try:
-        with h5py.File(path, "r") as file:
-            return "" if "partial" in file.attrs else str(file.attrs.get(MARK, ""))
-    except OSError:
-        return ""  # damaged
+        if path.suffix.lower() == ".zarr":
+            attrs = json.loads((path / "zarr.json").read_text())["attributes"]
+        else:
+            import h5py
+
+            with h5py.File(path, "r") as file:
+                attrs = dict(file.attrs)
+    except (OSError, ValueError, KeyError):
+        return "", ""  # damaged
+    return "" if "partial" in attrs else str(attrs.get(MARK, "")), str(attrs.get("version", ""))
 
 
 def _results(
