@@ -64,9 +64,9 @@ class SentJob:
 
 @dataclass(frozen=True)
 class Done:
-    """What comes back of each run: its pixels, or its light paths; and what was warned of."""
+    """What comes back of each run: `Pixels`, or a `PackedChunk` of its light paths; and what was warned of."""
 
-    results: list[Pixels] | list[PackedChunk]
+    results: list[Any]
     warned: list[tuple[type[FluorsparWarning], str]]
 
 
@@ -77,8 +77,7 @@ def without_results(answer: Done | Unfit) -> Done | Unfit:
 
 def part_of(answer: Done, start: int, stop: int) -> Pixels:
     """Some of the pixels of the one run of a task."""
-    pixels = answer.results[0]
-    assert isinstance(pixels, Pixels)
+    pixels: Pixels = answer.results[0]
     return pixels[start:stop]
 
 
