@@ -279,6 +279,7 @@ def trace(
     output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | bool | None = None,
+    client: Client | None = None,
 ) -> LightPaths:
     """Trace the light paths of a scene and keep them: images follow from them without tracing again.
 
@@ -295,6 +296,8 @@ def trace(
         Go on with what an interrupted run of the same scene and options has left of `output`, see `render`.
     progress : callable or bool, optional
         True draws a bar, in notebooks too; or called with the pixels done and the pixels in all.
+    client : distributed.Client, optional
+        Of Dask: its workers trace, and the paths are the same bit for bit. They need no files of the scene.
 
     Returns
     -------
@@ -308,6 +311,9 @@ def trace(
         As `render`; OptionError also if the paths do not fit into memory.
     ImageError
         If the file cannot be written.
+    ClusterError
+        As `render`, also if the scheduler is lost later: with `output`, what was traced by then (from a few seconds on)
+        is kept beside the file, and `resume` goes on with it.
 
     Examples
     --------
@@ -329,8 +335,12 @@ def trace(
         variant=variant,
         threads=threads,
     )
-    from fluorspar.paths.light_paths import trace_job
+    from fluorspar.paths.trace import trace_job
 
     if resume:
         _check_left(job, output, "resume")
-    return trace_job(job, shown(progress), output, resume)
+    if client is None:
+        return trace_job(job, shown(progress), output, resume)
+    from fluorspar.cluster.render_on import trace_on
+
+    return trace_job(job, shown(progress), output, resume, trace_on(client))

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import logging
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,6 +33,33 @@ def workers(number: int, folder: Path, **settings: Any) -> Iterator[Client]:
         Client(cluster) as client,
     ):
         yield client
+
+
+@contextmanager
+def scheduler_and_worker(folder: Path) -> Iterator[tuple[Client, int]]:
+    """A client of a scheduler in a process of its own, and the number of that process."""
+    log = (folder / "log").open("w")
+    run = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
+    options = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
+    file = folder / "scheduler.json"
+    scheduler = subprocess.Popen([*run, *options, "--scheduler-file", str(file)], stdout=log, stderr=log)
+    run = [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(file)]
+    options = ["--nthreads", "1", "--host", "127.0.0.1", "--local-directory", str(folder)]
+    worker = None
+    try:
+        until = time.monotonic() + 30
+        while not file.exists():
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        worker = subprocess.Popen([*run, *options], stdout=log, stderr=log)
+        with Client(scheduler_file=str(file)) as client:
+            yield client, scheduler.pid
+    finally:
+        for process in (scheduler, worker):
+            if process is not None:
+                process.terminate()
+                process.wait(30)
+        log.close()
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,8 @@ import trimesh
 from distributed import Client
 
 import fluorspar
-from cluster.conftest import workers
+from cluster.conftest import scheduler_and_worker, workers
+from fluorspar.cluster import dispatch
 from fluorspar.errors import ClusterError, FluorsparWarning, SceneError
 
 OPTIONS: dict[str, Any] = {"size": (48, 32), "spp": 16, "seed": 5, "variant": "llvm"}
@@ -61,33 +62,6 @@ def test_a_worker_that_is_killed_in_the_middle_of_a_chunk_costs_time_only(
     assert not set(client.run(os.getpid).values()) & set(before.values())
 
 
-@contextmanager
-def scheduler_and_worker(folder: Path) -> Iterator[tuple[Client, int]]:
-    """A client of a scheduler in a process of its own, and the number of that process."""
-    log = (folder / "log").open("w")
-    run = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
-    options = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
-    file = folder / "scheduler.json"
-    scheduler = subprocess.Popen([*run, *options, "--scheduler-file", str(file)], stdout=log, stderr=log)
-    run = [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(file)]
-    options = ["--nthreads", "1", "--host", "127.0.0.1", "--local-directory", str(folder)]
-    worker = None
-    try:
-        until = time.monotonic() + 30
-        while not file.exists():
-            assert time.monotonic() < until
-            time.sleep(0.05)
-        worker = subprocess.Popen([*run, *options], stdout=log, stderr=log)
-        with Client(scheduler_file=str(file)) as client:
-            yield client, scheduler.pid
-    finally:
-        for process in (scheduler, worker):
-            if process is not None:
-                process.terminate()
-                process.wait(30)
-        log.close()
-
-
 @pytest.mark.usefixtures("small_runs")
 def test_what_is_finished_is_kept_if_the_scheduler_is_killed(
     expected: fluorspar.SpectralImage, tmp_path: Path
@@ -109,6 +83,8 @@ def test_what_is_finished_is_kept_if_the_scheduler_is_killed(
         assert 0 < assert_same_where_finished(image, expected) < 1
         with pytest.raises(ClusterError, match="the connection to the scheduler is lost"):
             fluorspar.render("cornell-box", **OPTIONS, client=client)
+        with pytest.raises(ClusterError, match="the connection to the scheduler is lost"):
+            fluorspar.trace("cornell-box", **OPTIONS, client=client)
     assert not [path for path in tmp_path.iterdir() if path.suffix == ".tmp"]
 
 
@@ -148,19 +124,74 @@ def test_chunks_that_always_fail(expected: fluorspar.SpectralImage, tmp_path: Pa
     assert not list(tmp_path.glob(".a.nc*"))
 
 
+OLDER = """
+from importlib import metadata
+def older(name, version=metadata.version):
+    return '0.0.9' if name == 'fluorspar' else version(name)
+metadata.version = older
+"""
+
+
 def test_a_worker_of_another_version_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "older.py").write_text(
-        "from importlib import metadata\n"
-        "def older(name, version=metadata.version):\n"
-        "    return '0.0.9' if name == 'fluorspar' else version(name)\n"
-        "metadata.version = older\n"
-    )
+    (tmp_path / "older.py").write_text(OLDER)
     expected = rf"(?s)another version of fluorspar.*worker tcp.*fluorspar 0\.0\.9.*{fluorspar.__version__}"
     with (
         workers(1, tmp_path, preload=str(tmp_path / "older.py")) as client,
         pytest.raises(ClusterError, match=expected),
     ):
         fluorspar.render("cornell-box", **OPTIONS, client=client)
+
+
+@contextmanager
+def another_worker(client: Client, folder: Path, *options: str, **env: str) -> Iterator[None]:
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", client.scheduler.address, "--no-nanny"]
+    worker = subprocess.Popen(
+        [*command, "--nthreads", "1", "--local-directory", str(folder), *options],
+        env={**os.environ, **env},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        client.wait_for_workers(2, timeout=60)
+        yield
+    finally:
+        worker.terminate()
+        worker.wait(30)
+
+
+@pytest.mark.usefixtures("small_runs")
+def test_a_worker_of_another_version_that_joins_late_gets_no_work(
+    expected: fluorspar.SpectralImage, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Expected: it is told of once; the others make the image."""
+    monkeypatch.setattr(dispatch, "_LOOK", 0.0)
+    (tmp_path / "older.py").write_text(OLDER)
+    with workers(1, tmp_path) as client, ExitStack() as stack:
+
+        def join(done: int, whole: int) -> None:
+            if done == 256:
+                stack.enter_context(another_worker(client, tmp_path, "--preload", str(tmp_path / "older.py")))
+
+        with pytest.warns(FluorsparWarning, match=r"(?s)gets no work.*fluorspar 0\.0\.9") as warned:
+            image = fluorspar.render("cornell-box", **OPTIONS, client=client, progress=join)
+    assert len(warned) == 1
+    assert assert_same_where_finished(image, expected) == 1
+
+
+@pytest.mark.usefixtures("small_runs")
+def test_a_worker_without_llvm_among_others_gets_no_work(
+    expected: fluorspar.SpectralImage, tmp_path: Path
+) -> None:
+    """Expected: it is found out when it is given some; the others make the image."""
+    nowhere = {"DRJIT_LIBLLVM_PATH": str(tmp_path / "libLLVM.so")}
+    with (
+        workers(1, tmp_path) as client,
+        another_worker(client, tmp_path, **nowhere),
+        pytest.warns(FluorsparWarning, match=r"(?s)gets no work.*does not start.*worker tcp") as warned,
+    ):
+        image = fluorspar.render("cornell-box", **OPTIONS, client=client)
+    assert len(warned) == 1
+    assert assert_same_where_finished(image, expected) == 1
 
 
 def test_a_worker_without_llvm_is_named(tmp_path: Path) -> None:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import time
+import warnings
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from distributed import Client
 
 import fluorspar
+from fluorspar.cluster import dispatch
 from fluorspar.errors import FluorsparWarning, OptionError
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.paths import chunks, paths_file, trace
 
 OPTIONS: dict[str, Any] = {"size": (48, 32), "spp": 16, "seed": 5, "variant": "llvm"}
 
@@ -49,6 +53,22 @@ def test_two_workers_make_the_same_image(scene: str, client: Client, tmp_path: P
 
 def test_it_stays_in_memory_without_a_file(client: Client) -> None:
     assert_same(fluorspar.render("furnace", **OPTIONS), fluorspar.render("furnace", **OPTIONS, client=client))
+
+
+def test_a_large_run_comes_in_parts(client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Expected: the same image, of which the client holds only a part at a time."""
+    here = fluorspar.render("cornell-box", **OPTIONS)
+    monkeypatch.setattr(dispatch, "_TASK", 2208 * 500)
+    done: list[int] = []
+    there = fluorspar.render(
+        "cornell-box",
+        **OPTIONS,
+        client=client,
+        output=tmp_path / "a.nc",
+        progress=lambda now, _: done.append(now),
+    )
+    assert done == [500, 1000, 1500, 1536]
+    assert_same(here, there)
 
 
 def test_workers_forget_the_results(client: Client) -> None:
@@ -99,3 +119,78 @@ def test_passes_and_samples_on_workers(client: Client, tmp_path: Path) -> None:
         for file, workers in ((here, None), (there, client))
     ]
     assert_same(*images)
+
+
+@pytest.mark.usefixtures("small_runs")
+@pytest.mark.parametrize("scene", ["cornell-box", "still-life"])
+def test_two_workers_trace_the_same_paths(scene: str, client: Client, tmp_path: Path) -> None:
+    """Expected: a file with the same content, and the same paths in memory."""
+    here, there = tmp_path / "here.paths", tmp_path / "there.paths"
+    fluorspar.trace(scene, **OPTIONS, output=here)
+    done: list[int] = []
+    fluorspar.trace(scene, **OPTIONS, output=there, client=client, progress=lambda now, _: done.append(now))
+    assert content_of(here) == content_of(there)
+    assert len(done) == 6
+    assert done[-1] == 48 * 32
+    traced = fluorspar.trace(scene, **OPTIONS, client=client)
+    assert [chunk.first_pixel for chunk in traced.chunks] == sorted({c.first_pixel for c in traced.chunks})
+    assert_same(traced.image(), fluorspar.load_paths(here).image())
+
+
+@pytest.mark.usefixtures("small_runs")
+@pytest.mark.parametrize("end", [KeyboardInterrupt, ZeroDivisionError])
+def test_paths_that_came_in_any_order_are_gone_on_with(
+    end: type[BaseException], client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Expected: what came before the end, the last runs first, is not traced again; gaps are NaN in an image."""
+    monkeypatch.setattr(paths_file, "SYNC_EVERY", 0.0)
+    whole, path = tmp_path / "whole.paths", tmp_path / "a.paths"
+    fluorspar.trace("cornell-box", **OPTIONS, output=whole)
+    with monkeypatch.context() as patch:
+        patch.setattr(trace, "runs_of", lambda job: chunks.runs_of(job)[::-1])
+
+        def stop(done: int, pixels: int) -> None:
+            if done == 768:
+                raise end
+
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "interrupted: the paths of 768 of 1536 pixels")
+            try:
+                partial = fluorspar.trace("cornell-box", **OPTIONS, output=path, progress=stop)
+            except ZeroDivisionError:
+                assert not path.exists()
+            else:
+                assert partial.pixels == 768
+                radiance = partial.image().dataset["radiance"].values.reshape(7, 1536, 69)
+                expected = fluorspar.load_paths(whole).image().dataset["radiance"].values.reshape(7, 1536, 69)
+                there = ~np.isnan(radiance[0, :, 0])
+                assert there.sum() == 768
+                assert not there[:768].any()
+                np.testing.assert_array_equal(radiance[:, there], expected[:, there])
+    done: list[int] = []
+    fluorspar.trace(
+        "cornell-box",
+        **OPTIONS,
+        output=path,
+        client=client,
+        resume=True,
+        progress=lambda now, _: done.append(now),
+    )
+    assert done == [1024, 1280, 1536]
+    assert content_of(path) == content_of(whole)
+    assert {each.name for each in tmp_path.iterdir()} == {"a.paths", "whole.paths"}
+
+
+def content_of(path: Path) -> dict[str, Any]:
+    """All arrays and attributes of a file of light paths, as bytes."""
+    content: dict[str, Any] = {}
+
+    def note(name: str, item: Any) -> None:
+        content[name] = {key: np.asarray(value).tobytes() for key, value in item.attrs.items()}
+        if isinstance(item, h5py.Dataset):
+            content[name]["data"] = (item.dtype.str, item.shape, item[...].tobytes())
+
+    with h5py.File(path) as file:
+        note("/", file)
+        file.visititems(note)
+    return content

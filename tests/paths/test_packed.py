@@ -14,7 +14,8 @@ from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import trace_chunks
 from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, Chunk, Log
 from fluorspar.paths.numbering import count_rows
-from fluorspar.paths.packed import PackedChunk, pack, unpack
+from fluorspar.paths.packed import ARRAYS, PackedChunk, pack, unpack
+from fluorspar.paths.tracing import tracer
 
 UNCHANGED = np.zeros(0, np.uint32)
 
@@ -85,6 +86,26 @@ def test_unpacked_it_is_what_it_was(terms: int, lights: int, rows: int, pool: Ex
                 assert not getattr(found, name).size
                 continue
         assert np.array_equal(getattr(found, name)[..., there], getattr(expected, name)[..., there]), name
+
+
+@pytest.mark.parametrize("scene", ["cornell-box", "still-life"])
+def test_strips_of_any_length_make_the_same(
+    scene: str, pool: Executor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Expected: a file does not depend on what was traced before, by which the tracer judges how long strips shall be.
+
+    In short ones all lanes go on elsewhere, some of them several times.
+    """
+    job = RenderJob.of(scene, size=(10, 9), spp=70, variant="llvm")
+    rows = count_rows(job.scene)[0]
+    packed = []
+    for room in (1.0, 30.0):
+        monkeypatch.setattr(tracer, "_ROOM", room)
+        (chunk,) = trace_chunks(job, kept=True)
+        packed.append(pack(chunk, rows, pool))
+        assert (chunk.log.goes_on >= 0).any() == (room == 1)
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(packed[0], name), getattr(packed[1], name))
 
 
 def test_rows_are_exchanged(pool: Executor) -> None:

@@ -124,6 +124,21 @@ class TestImages:
         assert traced[0] == 240
         check(path, whole)
 
+    def test_a_store_after_an_unexpected_end(self, tmp_path, whole):
+        """Expected: a new store stays, with what is finished; a render that took no time leaves nothing."""
+        pytest.importorskip("zarr")
+        path = tmp_path / "a.zarr"
+        leave_unfinished(path)
+        with SpectralImage.open(path) as image:
+            assert image.attrs["partial"] == 1
+            assert np.isfinite(image.dataset.radiance.values[0, ..., 0]).sum() == 180
+        traced: list[int] = []
+        render(path, resume=True, progress=lambda done, pixels: traced.append(done))
+        assert traced[0] == 240
+        with SpectralImage.open(path) as image:
+            xr.testing.assert_equal(image.dataset.load(), whole)
+        assert names(tmp_path) == ["a.zarr"]
+
     def test_after_a_full_disk(self, tmp_path, whole, monkeypatch):
         path, put, calls = tmp_path / "a.nc", NetcdfWriter._put, iter(range(1000))
 

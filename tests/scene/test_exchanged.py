@@ -10,7 +10,7 @@ import pytest
 
 from fluorspar import Material, Scene, Spectrum, load_scene
 from fluorspar.bispectral.library import material
-from fluorspar.errors import OptionError
+from fluorspar.errors import FluorsparWarning, OptionError
 from fluorspar.scene.relit import exchangeable, relit
 from fluorspar.spectral.wavelengths import Wavelengths
 from xml_scene import xml_scene
@@ -144,3 +144,12 @@ class TestWhatIsRefused:
     def test_what_is_no_number(self, factor: Any) -> None:
         with pytest.raises(OptionError, match="concentration of 'left-wall' is impossible"):
             relit(load_scene("cornell-box"), concentration={"left-wall": factor})
+
+
+def test_a_concentration_of_what_does_not_luminesce_is_said() -> None:
+    """Expected: a warning, as of a mixture without dyes in a study of many materials; of 1 there is none."""
+    box = load_scene("cornell-box")
+    with pytest.warns(FluorsparWarning, match="concentration of 'back-wall' changes nothing") as warned:
+        relit(box, concentration={"back-wall": 2, "left-wall": 0.5})
+    assert len(warned) == 1
+    relit(box, concentration={"back-wall": 1, "left-wall": 0})

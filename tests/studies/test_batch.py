@@ -178,6 +178,19 @@ class TestAgain:
         assert statuses(first) == statuses(second) == ["done", "done"]
         assert first["study_row"].equals(second["study_row"])
 
+    @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+    def test_of_another_version_too_but_that_is_said(
+        self, suffix: str, counted: dict[str, int], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        if suffix == ".zarr":
+            pytest.importorskip("zarr")
+        study = {"render": QUICK, "output": f"a{suffix}"}
+        batch(study)
+        monkeypatch.setattr("fluorspar.studies.batch.__version__", "99")
+        with pytest.warns(FluorsparWarning, match=rf"by Fluorspar {fluorspar.__version__} and count as done"):
+            assert batch(study)["status"].values.tolist() == ["done"]
+        assert counted["render_job"] == 1
+
     def test_of_pictures_too(self, counted: dict[str, int], folder: Path) -> None:
         """They hold no mark, the index does."""
         (folder / "seeds.csv").write_text("scene,size,spp,seed\nball.xml,8x8,4,1\nball.xml,8x8,4,2\n")
@@ -290,6 +303,15 @@ class TestFaults:
         index = batch({"render": QUICK, "output": "a.nc"})
         assert statuses(index) == ["failed"]
         assert "the disk is full" in index["fault"].values[0]
+
+    def test_two_names_of_one_file_are_refused(self, folder: Path) -> None:
+        (folder / "real").mkdir()
+        (folder / "linked").symlink_to("real")
+        rows = [{"seed": seed, "output": f"{where}/a.nc"} for seed, where in enumerate(("real", "linked"))]
+        with pytest.raises(
+            OptionError, match=r"(?s)two images have the same file.*real/a\.nc and .*linked/a\.nc"
+        ):
+            batch({"render": QUICK, "rows": rows})
 
     def test_a_scene_is_not_overwritten(self) -> None:
         os.rename("ball.xml", "ball.nc")

@@ -31,6 +31,7 @@ from fluorspar.cli.scene_options import (
     WavelengthsOption,
     scene_to_trace,
 )
+from fluorspar.cli.workers import SchedulerOption, WorkersOption, client_for
 
 __all__ = ["trace"]
 
@@ -61,6 +62,8 @@ def trace(
     resume: ResumeOption = False,
     variant: VariantOption = "auto",
     threads: ThreadsOption = None,
+    scheduler: SchedulerOption = None,
+    workers: WorkersOption = None,
     mesh: MeshOption = None,
 ) -> None:
     """Trace the light paths of a scene and keep them."""
@@ -73,7 +76,10 @@ def trace(
     loaded = scene_to_trace(
         scene, material=material, library=library, define=define, matte=matte, sensor=sensor, mesh=mesh
     )
-    with console.progress_bar(f"tracing {scene}") as progress:
+    with (
+        client_for(scheduler, workers, threads) as client,
+        console.progress_bar(f"tracing {scene}") as progress,
+    ):
         paths = trace_scene(
             loaded,
             spp=spp,
@@ -88,6 +94,7 @@ def trace(
             output=output,
             resume=resume,
             progress=progress,
+            client=client,
         )
     console.out.print(str(paths), markup=False, highlight=False)
     say_written(output)

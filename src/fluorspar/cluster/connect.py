@@ -1,4 +1,4 @@
-"""A Dask client for the command line: of a scheduler somewhere, or of worker processes on this machine."""
+"""A Dask client for the command line: of a scheduler somewhere, or of workers here; and whether it is connected."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fluorspar.files.temporary import temporary_folder
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["connected", "dashboard_of"]
+__all__ = ["check_connection", "connected", "connection", "dashboard_of"]
 
 _LOOPBACK = "127.0.0.1"
 
@@ -104,3 +104,39 @@ def dashboard_of(client: Client) -> str | None:
     """The address of the page that shows what the workers do; None where Bokeh is missing, which draws it."""
     link: str | None = client.dashboard_link
     return link if find_spec("bokeh") or client.cluster is None else None
+
+
+@contextmanager
+def connection(client: Client) -> Iterator[None]:
+    """Ask a scheduler something.
+
+    Raises
+    ------
+    ClusterError
+        If it is lost.
+    """
+    check_connection(client)
+    try:
+        yield
+    except (OSError, TimeoutError) as err:
+        raise _lost(client) from err
+
+
+def check_connection(client: Client) -> None:
+    """Check that a client still has its scheduler.
+
+    Raises
+    ------
+    ClusterError
+        If it is lost.
+    """
+    if client.status != "running":
+        raise _lost(client)
+
+
+def _lost(client: Client) -> ClusterError:
+    address = client.scheduler.address if client.scheduler else ""
+    fix = "see whether it still runs, and what it has logged"
+    return ClusterError(
+        message("the connection to the scheduler is lost", where=f"scheduler {address}", fix=fix)
+    )

@@ -2,42 +2,43 @@
 
 from __future__ import annotations
 
-import logging
 import time
 import uuid
 import warnings
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from fluorspar.cluster.task import Done, SentJob, render_runs
-from fluorspar.cluster.versions import check_workers
+from fluorspar.cluster.connect import check_connection, connection
+from fluorspar.cluster.fit_workers import FitWorkers, Unfit
+from fluorspar.cluster.task import Done, SentJob, do_runs, part_of, without_results
 from fluorspar.errors import ClusterError, message
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.pixels import Pixels
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import Run
+from fluorspar.paths.packed import PackedChunk
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-__all__ = ["rendered_runs"]
-
-_LOG = logging.getLogger(__name__)
+__all__ = ["rendered_runs", "traced_runs"]
 
 # A task is more than one run where there are many: the scheduler has less to do.
 _RUNS = 8
 _TASK = 64 * 2**20  # bytes that come back at once
 _SHARES = 16  # tasks of each worker at least, so that none waits long for the last
 _BEGUN = 3  # tasks of each worker, of which one is being done: the others are there when it is
+_BEGUN_LARGE = 2  # tasks of more than `_TASK`, whose results wait in the worker
 _LOOK = 5.0  # seconds after which new workers are looked for
 _TRIES = 2
+_PATH = 60  # bytes of packed light paths, at the most of what was seen
 
 
-def rendered_runs(client: Client, job: RenderJob, runs: Sequence[Run]) -> Generator[tuple[Run, Pixels]]:
-    """Render runs of pixels on the workers of a client; there is no run in memory here but the one that is yielded.
+def rendered_runs(client: Client, job: RenderJob, runs: Sequence[Run]) -> Generator[tuple[int, Pixels]]:
+    """Render runs of pixels on the workers of a client; there is little in memory here but what is yielded.
 
     Parameters
     ----------
@@ -49,38 +50,53 @@ def rendered_runs(client: Client, job: RenderJob, runs: Sequence[Run]) -> Genera
 
     Yields
     ------
-    (run, Pixels)
-        In the order in which they are finished.
+    (first_pixel, Pixels)
+        A run, or a part of a large one, in the order in which they come.
 
     Raises
     ------
     SceneError
         If a mesh or picture of the scene has changed, or is gone.
     ClusterError
-        If the scheduler is lost, or a worker does not fit; or after all others have been yielded, if runs have failed
-        again and again.
+        If the scheduler is lost, or no worker fits; or after all others have been yielded, if runs have failed again
+        and again.
     Exception
         What a worker has raised, if nothing succeeds.
     """
-    work = _Work(client, SentJob.of(job), _bytes_of_pixel(job), runs)
-    try:
-        while work.begin():
-            future, tried = work.next()
-            try:
-                done: Done = future.result()
-            except Exception as err:
-                work.failed(tried, err)
-                continue
-            finally:
-                del future  # the workers forget the result
-            for kind, text in done.warned:
-                work.warn(kind, text)
-            work.succeeded = True
-            yield from zip(tried, done.pixels, strict=True)
-            del done
-    finally:
-        work.cancel()
-    work.check()
+    per_pixel = _bytes_of_pixel(job)
+    with closing(_Work(client, job, runs, per_pixel, kept=False)) as work:
+        for future, tried in work.finished():
+            with work.trying(tried):
+                if len(tried) > 1 or tried[0][1] * per_pixel <= _TASK:
+                    done = work.take(future.result())
+                    for (first, _), pixels in zip(tried, done.results, strict=True):
+                        yield first, pixels
+                        del pixels
+                    del done
+                else:
+                    ((first, count),) = tried
+                    work.take(work.ask(without_results, future))
+                    for start in range(0, count, _TASK // per_pixel):
+                        stop = min(start + _TASK // per_pixel, count)
+                        yield first + start, work.ask(part_of, future, start, stop)
+            del future  # the workers forget the result
+
+
+def traced_runs(client: Client, job: RenderJob, runs: Sequence[Run]) -> Generator[PackedChunk]:
+    """Trace runs of pixels on the workers of a client; as `rendered_runs`.
+
+    Yields
+    ------
+    PackedChunk
+        Of each run, in the order in which they come.
+    """
+    with closing(_Work(client, job, runs, _PATH * job.scene.settings.spp, kept=True)) as work:
+        for future, tried in work.finished():
+            with work.trying(tried):
+                done = work.take(future.result())
+                yield from done.results
+                del done
+            del future
 
 
 def _bytes_of_pixel(job: RenderJob) -> int:
@@ -88,58 +104,120 @@ def _bytes_of_pixel(job: RenderJob) -> int:
     return 4 * len(job.grid) * spectra
 
 
+class _Refused(Exception):
+    """A worker does not fit."""
+
+
 class _Work:
     """The tasks of a job: those that wait, those that workers have, and what has failed."""
 
-    def __init__(self, client: Client, sent: SentJob, bytes_of_pixel: int, runs: Sequence[Run]) -> None:
-        self.client = client
-        self.succeeded = False
+    def __init__(
+        self, client: Client, job: RenderJob, runs: Sequence[Run], bytes_of_pixel: int, *, kept: bool
+    ) -> None:
+        self._client, self._kept = client, kept
         self._name = f"fluorspar-{uuid.uuid4().hex[:8]}"
-        self._begun: dict[str, tuple[Future, list[Run]]] = {}
+        self._begun: dict[str, tuple[Future, list[Run], list[str] | None]] = {}
         self._finished: SimpleQueue[Future] = SimpleQueue()
         self._failures: dict[Run, list[Exception]] = {}
         self._told: set[tuple[type[Warning], str]] = set()
         self._number = 0
-        with self._connected(), warnings.catch_warnings():
-            self._wait_for_workers()
-            check_workers(client)
+        self._succeeded = False
+        sent = SentJob.of(job)
+        self._workers = FitWorkers(client)
+        with connection(client), warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Sending large graph", category=UserWarning)
             # A task, not data that are scattered: where the workers that hold it are lost, it is done again.
-            self._job = client.submit(_itself, sent, key=f"{self._name}-job")
-        self._workers: frozenset[str] = frozenset()
-        self._look()
+            self._job = client.submit(_itself, sent, key=f"{self._name}-job", **self._where(wish=True))
+        self._bring_job(self._workers.fit)
         size = max((count for _, count in runs), default=1) * bytes_of_pixel
-        shares = _SHARES * max(1, len(self._workers))
+        self._most = _BEGUN if size <= _TASK else _BEGUN_LARGE
+        shares = _SHARES * max(1, len(self._workers.fit))
         per_task = max(1, min(_RUNS, _TASK // size, len(runs) // shares))
         self._waiting = deque([*runs[i : i + per_task]] for i in range(0, len(runs), per_task))
 
-    def begin(self) -> bool:
-        """Give the workers as much as they should have; return whether there is anything that they have."""
-        if time.monotonic() - self._looked > _LOOK:
-            self._look()
-        with self._connected():
-            while self._waiting and len(self._begun) < _BEGUN * max(1, len(self._workers)):
-                runs = self._waiting.popleft()
-                self._number += 1
-                future = self.client.submit(
-                    render_runs, self._job, runs, key=f"{self._name}-{self._number:06d}", pure=False
-                )
-                self._begun[future.key] = future, runs
-                future.add_done_callback(self._finished.put)
-        return bool(self._begun)
+    def finished(self) -> Iterator[tuple[Future, list[Run]]]:
+        """Go through the tasks that are finished, or have failed, until there is nothing left to do.
 
-    def next(self) -> tuple[Future, list[Run]]:
-        """Wait for a task that is finished, or has failed."""
-        while True:
+        Raises
+        ------
+        ClusterError, Exception
+            If runs have failed again and again.
+        """
+        while self._waiting or self._begun:
+            if time.monotonic() - self._looked > _LOOK:
+                self._look()
+            self._begin()
             with suppress(Empty):
                 future = self._finished.get(timeout=1.0)
-                self._check_connection()
-                return self._begun.pop(future.key)
-            self._check_connection()
+                check_connection(self._client)
+                _, runs, _ = self._begun.pop(future.key, (None, None, None))
+                if runs is not None:
+                    yield future, runs
+                del future
+            check_connection(self._client)
+        self._check()
 
-    def failed(self, runs: list[Run], err: Exception) -> None:
-        """Note that a task has failed, and do each of its runs once more, by itself."""
-        self._check_connection()
+    @contextmanager
+    def trying(self, runs: list[Run]) -> Iterator[None]:
+        """Take what has come of some runs; if that fails, have each done once more, by itself."""
+        try:
+            yield
+        except _Refused:
+            self._waiting.extendleft([run] for run in runs)
+        except Exception as err:
+            self._failed(runs, err)
+        else:
+            self._succeeded = True
+
+    def take(self, answer: Done | Unfit) -> Done:
+        """Take an answer: pass on what the worker warns of, once; give one that does not fit no more work."""
+        if isinstance(answer, Unfit):
+            self._workers.refuse(answer)
+            raise _Refused
+        for kind, text in answer.warned:
+            if (kind, text) not in self._told:
+                self._told.add((kind, text))
+                warnings.warn(text, kind, stacklevel=6)
+        return answer
+
+    def ask(self, function: Any, *given: Any) -> Any:
+        """Call a function on the worker that has a result."""
+        return self._client.submit(function, *given, pure=False, **self._where(wish=True)).result()
+
+    def close(self) -> None:
+        """Let the workers stop after what they are doing."""
+        futures = [*(future for future, *_ in self._begun.values()), self._job]
+        self._begun.clear()
+        if self._client.status == "running":
+            with suppress(Exception):
+                self._client.cancel(futures)
+
+    def _where(self, *, wish: bool) -> dict[str, Any]:
+        """Options of `Client.submit`: the workers that fit, if there are others."""
+        only = self._workers.only
+        return {} if only is None else {"workers": only, "allow_other_workers": wish}
+
+    def _begin(self) -> None:
+        """Give the workers as much as they should have."""
+        fit = self._workers.fit
+        with connection(self._client):
+            while fit and self._waiting and len(self._begun) < self._most * len(fit):
+                runs = self._waiting.popleft()
+                self._number += 1
+                future = self._client.submit(
+                    do_runs,
+                    self._job,
+                    runs,
+                    kept=self._kept,
+                    key=f"{self._name}-{self._number:06d}",
+                    pure=False,
+                    **self._where(wish=False),
+                )
+                self._begun[future.key] = future, runs, self._workers.only
+                future.add_done_callback(self._finished.put)
+
+    def _failed(self, runs: list[Run], err: Exception) -> None:
+        check_connection(self._client)
         if isinstance(err, ClusterError):
             raise err
         for run in runs:
@@ -148,15 +226,15 @@ class _Work:
             if len(failures) < _TRIES:
                 self._waiting.appendleft([run])
         hopeless = sum(len(failures) == _TRIES for failures in self._failures.values())
-        if not self.succeeded and hopeless > _BEGUN * len(self._workers):
-            self.check()
+        if not self._succeeded and hopeless > _BEGUN * len(self._workers.fit):
+            self._check()
 
-    def check(self) -> None:
+    def _check(self) -> None:
         """Say what has failed again and again."""
         failures = {run: errors for run, errors in self._failures.items() if len(errors) == _TRIES}
         if failures:
             first = next(iter(failures.values()))[-1]
-            if not self.succeeded:
+            if not self._succeeded:
                 raise first
             raise ClusterError(
                 message(
@@ -167,62 +245,30 @@ class _Work:
                 )
             ) from first
 
-    def warn(self, kind: type[Warning], text: str) -> None:
-        """Pass on what a worker warns of, once."""
-        if (kind, text) not in self._told:
-            self._told.add((kind, text))
-            warnings.warn(text, kind, stacklevel=6)
-
-    def cancel(self) -> None:
-        """Let the workers stop after what they are doing."""
-        futures = [*(future for future, _ in self._begun.values()), self._job]
-        self._begun.clear()
-        if self.client.status == "running":
-            with suppress(Exception):
-                self.client.cancel(futures)
-
     def _look(self) -> None:
-        """Find out which workers there are, and let new ones have the job beforehand."""
-        with self._connected():
-            workers = frozenset(self.client.nthreads())
-            if workers - self._workers:
-                if err := self._job.exception():  # waits until it has reached a worker
-                    raise ClusterError(
-                        message(
-                            "the job does not reach the workers",
-                            got=f"{type(err).__name__}: {err}".partition("\n")[0],
-                            fix="install the same version of Fluorspar where the scheduler and the workers run",
-                        )
-                    ) from err
-                self.client.replicate(self._job)
-        self._workers, self._looked = workers, time.monotonic()
+        """Find out which workers there are; do again what only workers could do that are lost."""
+        self._bring_job(self._workers.look(patient=self._succeeded))
+        for key, (future, runs, only) in list(self._begun.items()):
+            if only is not None and not self._workers.fit.intersection(only):
+                del self._begun[key]
+                self._client.cancel([future])
+                self._waiting.appendleft(runs)
 
-    def _wait_for_workers(self) -> None:
-        """Wait for the first worker, which on a machine with a queue may take hours."""
-        self._check_connection()
-        if not self.client.nthreads():
-            _LOG.warning("waiting for workers")
-        while not self.client.nthreads():
-            time.sleep(0.5)
-
-    @contextmanager
-    def _connected(self) -> Iterator[None]:
-        try:
-            yield
-        except (OSError, TimeoutError) as err:
-            raise _lost(self.client) from err
-
-    def _check_connection(self) -> None:
-        if self.client.status != "running":
-            raise _lost(self.client)
-
-
-def _lost(client: Client) -> ClusterError:
-    address = client.scheduler.address if client.scheduler else ""
-    fix = "see whether it still runs, and what it has logged"
-    return ClusterError(
-        message("the connection to the scheduler is lost", where=f"scheduler {address}", fix=fix)
-    )
+    def _bring_job(self, workers: frozenset[str]) -> None:
+        """Let workers have the job beforehand."""
+        self._looked = time.monotonic()
+        if not workers:
+            return
+        with connection(self._client):
+            if err := self._job.exception():  # waits until it has reached a worker
+                raise ClusterError(
+                    message(
+                        "the job does not reach the workers",
+                        got=f"{type(err).__name__}: {err}".partition("\n")[0],
+                        fix="install the same version of Fluorspar where the scheduler and the workers run",
+                    )
+                ) from err
+            self._client.replicate(self._job, workers=sorted(workers))
 
 
 def _itself(job: SentJob) -> SentJob:

@@ -1,22 +1,25 @@
-"""Fill an image with what the workers of a Dask client render."""
+"""Fill an image with what the workers of a Dask client render, or have them trace light paths to be kept."""
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from contextlib import closing
 from typing import TYPE_CHECKING
 
-from fluorspar.cluster.dispatch import rendered_runs
+from fluorspar.cluster.dispatch import rendered_runs, traced_runs
 from fluorspar.image.pixels import Target, put
 from fluorspar.image.relative_error import RelativeErrors
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import Run
+from fluorspar.paths.packed import PackedChunk
 from fluorspar.paths.render import Fill
+from fluorspar.paths.trace import TracePacked
 from fluorspar.progress import Progress
 
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["fill_on"]
+__all__ = ["fill_on", "trace_on"]
 
 
 def fill_on(client: Client) -> Fill:
@@ -43,7 +46,7 @@ def fill_on(client: Client) -> Fill:
         if not runs:
             return
         with closing(rendered_runs(client, job, runs)) as results:
-            for (first, _), came in results:
+            for first, came in results:
                 own = put(target, first, came)
                 del came
                 if errors is not None:
@@ -52,3 +55,15 @@ def fill_on(client: Client) -> Fill:
                     progress(target.kept, pixels)
 
     return fill
+
+
+def trace_on(client: Client) -> TracePacked:
+    """Make a function that has runs of pixels of a job traced by the workers of a client; raises as that of `fill_on`.
+
+    The light paths are the same bit for bit as those that are traced here.
+    """
+
+    def trace(job: RenderJob, runs: list[Run]) -> Generator[PackedChunk]:
+        return traced_runs(client, job, runs)
+
+    return trace

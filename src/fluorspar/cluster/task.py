@@ -1,4 +1,4 @@
-"""What a worker does: trace some runs of pixels of a job and sweep them."""
+"""What a worker does: trace some runs of pixels of a job, and sweep or pack them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,18 @@ from functools import lru_cache
 from types import TracebackType
 from typing import Any, TypeVar
 
+from fluorspar.cluster.fit_workers import Unfit
 from fluorspar.cluster.versions import check_versions, versions_here
 from fluorspar.errors import ClusterError, FluorsparError, FluorsparWarning, RendererError
 from fluorspar.image.pixels import Pixels
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import Run, trace_chunks, tracer_of, variant_of
+from fluorspar.paths.packed import PackedChunk
 from fluorspar.paths.render import fill, tables_of
+from fluorspar.paths.trace import trace_packed
 from fluorspar.scene.variants import use_variant
 
-__all__ = ["Done", "SentJob", "in_turn", "render_runs"]
+__all__ = ["Done", "SentJob", "do_runs", "in_turn", "part_of", "without_results"]
 
 # Dr.Jit and Mitsuba have one state in a process, so all tasks of a worker are done in one thread, one after another.
 _Answer = TypeVar("_Answer")
@@ -61,47 +64,73 @@ class SentJob:
 
 @dataclass(frozen=True)
 class Done:
-    """What comes back: the pixels of each run, and what was warned of."""
+    """What comes back of each run: `Pixels`, or a `PackedChunk` of its light paths; and what was warned of."""
 
-    pixels: list[Pixels]
+    results: list[Any]
     warned: list[tuple[type[FluorsparWarning], str]]
 
 
-def render_runs(job: SentJob, runs: list[Run]) -> Done:
-    """Render some of the runs of pixels of a job, with the threads of this worker; a task of Dask.
+def without_results(answer: Done | Unfit) -> Done | Unfit:
+    """What a task answers, but for what is large."""
+    return replace(answer, results=[]) if isinstance(answer, Done) else answer
 
-    Raises
-    ------
-    ClusterError
-        If this worker has other versions than the client, or lacks the variant of the job.
+
+def part_of(answer: Done, start: int, stop: int) -> Pixels:
+    """Some of the pixels of the one run of a task."""
+    pixels: Pixels = answer.results[0]
+    return pixels[start:stop]
+
+
+def do_runs(job: SentJob, runs: list[Run], *, kept: bool) -> Done | Unfit:
+    """Do some of the runs of pixels of a job, with the threads of this worker; a task of Dask.
+
+    Parameters
+    ----------
+    job : SentJob
+    runs : list of (int, int)
+    kept : bool
+        Return light paths, to be kept; else they are swept to pixels.
     """
     from distributed import get_worker
 
     worker = get_worker()
     try:
-        return in_turn(_render_runs, job, runs, worker.address, worker.state.nthreads)
+        return in_turn(_do_runs, job, runs, kept, worker.address, worker.state.nthreads)
     except (
         Exception
     ) as err:  # Dask loses an error whose traceback is very long, and the client would wait for it
         raise err.with_traceback(None) from None
 
 
-def _render_runs(job: SentJob, runs: list[Run], address: str, threads: int) -> Done:
-    check_versions(job.versions, versions_here(), address)
+def _do_runs(job: SentJob, runs: list[Run], kept: bool, address: str, threads: int) -> Done | Unfit:
+    try:
+        check_versions(job.versions, versions_here(), address)
+    except ClusterError as err:
+        return Unfit(address, str(err))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FluorsparWarning)
         try:
-            opened = _open(job.pickled, threads)
-            target = _Kept(opened.job)
-            with closing(trace_chunks(opened.job, runs, tracer=opened.tracer)) as chunks:
-                fill(target, chunks, opened.job, tables=opened.tables)
+            opened = _open(job.pickled, threads, kept)
+            results = _traced(opened, runs) if kept else _rendered(opened, runs)
+        except RendererError as err:
+            return Unfit(address, f"{err}\n  in:       worker {address}")
         except FluorsparError as err:
-            kind = ClusterError if isinstance(err, RendererError) else type(err)
-            raise kind(f"{err}\n  in:       worker {address}") from err
+            raise type(err)(f"{err}\n  in:       worker {address}") from err
     told = [
         (each.category, str(each.message)) for each in caught if issubclass(each.category, FluorsparWarning)
     ]
-    return Done([target.pixels[run] for run in runs], told)
+    return Done(results, told)
+
+
+def _traced(opened: _Opened, runs: list[Run]) -> list[PackedChunk]:
+    return list(trace_packed(opened.job, runs, tracer=opened.tracer))
+
+
+def _rendered(opened: _Opened, runs: list[Run]) -> list[Pixels]:
+    target = _Kept(opened.job)
+    with closing(trace_chunks(opened.job, runs, tracer=opened.tracer)) as chunks:
+        fill(target, chunks, opened.job, tables=opened.tables)
+    return [target.pixels[run] for run in runs]
 
 
 @dataclass(frozen=True)
@@ -112,12 +141,12 @@ class _Opened:
 
 
 @lru_cache(maxsize=2)
-def _open(pickled: bytes, threads: int) -> _Opened:
+def _open(pickled: bytes, threads: int, kept: bool) -> _Opened:
     """Unpack a job, once, and build its scene."""
     job: RenderJob = pickle.loads(pickled)
     job = replace(job, threads=job.threads or threads)
     with use_variant(variant_of(job)):
-        return _Opened(job, tables_of(job), tracer_of(job))
+        return _Opened(job, None if kept else tables_of(job), tracer_of(job, kept))
 
 
 class _Kept:

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib.metadata import version
-from typing import TYPE_CHECKING
 
 from fluorspar.errors import ClusterError, message
 
-if TYPE_CHECKING:
-    from distributed import Client
-
-__all__ = ["check_versions", "check_workers", "versions_here"]
+__all__ = ["PACKAGES", "check_versions", "versions_here"]
 
 PACKAGES = ("fluorspar", "mitsuba", "drjit", "numba")
 
@@ -25,31 +21,6 @@ def versions_here() -> dict[str, str]:
     ['fluorspar', 'mitsuba', 'drjit', 'numba']
     """
     return {name: version(name) for name in PACKAGES}
-
-
-def check_workers(client: Client) -> None:
-    """Check the workers that are there now; those that come later are checked when they get work.
-
-    Raises
-    ------
-    ClusterError
-        If one of them has another version of something, or does not have it at all.
-    """
-
-    def versions(names: tuple[str, ...]) -> dict[str, str]:  # sent as code, for a worker without Fluorspar
-        from importlib import metadata
-
-        there = {}
-        for name in names:
-            try:
-                there[name] = metadata.version(name)
-            except metadata.PackageNotFoundError:
-                there[name] = ""
-        return there
-
-    for worker, there in client.run(versions, PACKAGES, on_error="return").items():
-        if isinstance(there, dict):  # else it was lost meanwhile
-            check_versions(versions_here(), there, worker)
 
 
 def check_versions(client: Mapping[str, str], worker: Mapping[str, str], address: str) -> None:

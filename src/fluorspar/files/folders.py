@@ -118,13 +118,17 @@ class TemporaryFolder:
             shutil.rmtree(self.path, ignore_errors=True)
         elif self.path != self._target:
             os.rename(self.path, self._target)
-        os.close(self._lock)
-        self._lock = -1
+        self.leave()
 
     def drop(self) -> None:
         """Remove the folder, if it has not been kept."""
         if self._lock >= 0:
             shutil.rmtree(self.path, ignore_errors=True)
+            self.leave()
+
+    def leave(self) -> None:
+        """Let go of the folder as it is."""
+        if self._lock >= 0:
             os.close(self._lock)
             self._lock = -1
 

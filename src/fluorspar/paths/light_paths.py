@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -16,21 +14,18 @@ from numpy.typing import ArrayLike
 
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.bispectral.material import Material
-from fluorspar.errors import FluorsparWarning, OptionError, message
-from fluorspar.files.writing import remove_unfinished
+from fluorspar.errors import OptionError, message
 from fluorspar.fingerprint import fingerprint, of_sweep
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.notebook import explore
 from fluorspar.paths.brighter import warn_of_brighter
-from fluorspar.paths.chunks import runs_of, trace_chunks
 from fluorspar.paths.first_samples import first_samples
 from fluorspar.paths.log import Chunk, lanes_per_pixel
-from fluorspar.paths.numbering import count_rows, rows_shown
-from fluorspar.paths.packed import PackedChunk, pack, unpack
+from fluorspar.paths.numbering import rows_shown
+from fluorspar.paths.packed import PackedChunk, unpack
 from fluorspar.paths.paths_file import PathsInFile, PathsWriter, read_paths
 from fluorspar.paths.render import render_chunks
-from fluorspar.paths.resuming import look_for, say_unfinished
 from fluorspar.paths.sweeping.gpu import chunk_on_gpu, sweeps_on_gpu
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.lights import Light
@@ -39,7 +34,7 @@ from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import usable_cores
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["LightPaths", "in_words", "load_paths", "trace_job"]
+__all__ = ["LightPaths", "in_words", "load_paths"]
 
 # Bytes of unpacked paths that are kept for the next image, in memory or in that of a GPU.
 _HELD, _HELD_ON_GPU = 512 * 2**20, 2 * 2**30
@@ -213,12 +208,14 @@ class LightPaths:
         if materials or concentration:
             warn_of_brighter(self.job, job)
         as_traced = not said and wavelengths is None and excitation is None and samples is None
-        label = self._fingerprint() if as_traced else None
+        label = self.fingerprint if as_traced else None
         if label is not None:
             label = label | of_sweep(job)
         return render_chunks(self._unpacked(job), job, output=output, label=label, progress=shown(progress))
 
-    def _fingerprint(self) -> dict[str, str] | None:
+    @property
+    def fingerprint(self) -> dict[str, str] | None:
+        """Of the job, see `fluorspar.fingerprint`; None where it is not known."""
         if isinstance(self.chunks, PathsInFile):
             return self.chunks.fingerprint
         return fingerprint(self.job)
@@ -272,7 +269,7 @@ class LightPaths:
         >>> fluorspar.load_paths(file).image().dataset.radiance.shape
         (7, 8, 8, 69)
         """
-        with PathsWriter(path, self.job, self._fingerprint()) as writer:
+        with PathsWriter(path, self.job, self.fingerprint) as writer:
             for chunk in self.chunks:
                 writer.write(chunk)
             writer.keep()
@@ -325,92 +322,6 @@ def load_paths(path: str | os.PathLike[str]) -> LightPaths:
         If the file is missing, is none of light paths, of another version, or damaged.
     """
     return LightPaths(*read_paths(path))
-
-
-def trace_job(
-    job: RenderJob,
-    progress: Progress | None = None,
-    output: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-) -> LightPaths:
-    """Trace all light paths of a job and keep them, in memory or in a file.
-
-    Returns
-    -------
-    LightPaths
-        Of fewer pixels, if the user interrupted.
-
-    Raises
-    ------
-    OptionError
-        If they do not fit into memory.
-    ImageError
-        If the file cannot be written.
-    """
-    if output is None:
-        kept: list[PackedChunk] = []
-        fix = "write them to a file (output=...), or trace fewer samples or a smaller image"
-        _trace(job, progress, kept.append, fix)
-        return LightPaths(job, tuple(kept))
-    label, left, earlier = fingerprint(job), None, None
-    settings = job.scene.settings
-    pixels = settings.width * settings.height
-    if resume and label is not None:
-        found = look_for(label, output, lambda: load_paths(output)._fingerprint())
-        left, earlier = found.left, load_paths(output) if found.is_there else None
-        if earlier is not None and earlier.pixels == pixels:
-            if left is not None:
-                remove_unfinished(left)
-            return earlier
-    elif label is not None:
-        say_unfinished(label, output)
-    with PathsWriter(output, job, label, left, journaled=True) as writer:
-        for chunk in () if earlier is None else earlier.chunks:
-            if chunk.first_pixel >= writer.pixels:
-                writer.write(chunk)
-        if writer.pixels < pixels:
-            fix = "free memory: half a million paths are traced at a time"
-            _trace(job, progress, writer.write, fix, writer.pixels)
-        writer.keep()
-    return load_paths(output)
-
-
-def _trace(
-    job: RenderJob,
-    progress: Progress | None,
-    keep: Callable[[PackedChunk], object],
-    fix: str,
-    done: int = 0,
-) -> None:
-    """Trace a job but the first pixels, and hand over what is finished, packed, also where the user interrupts."""
-    settings = job.scene.settings
-    pixels = settings.width * settings.height
-    runs = [run for run in runs_of(job) if run[0] >= done]
-    rows, _ = count_rows(job.scene)
-    try:
-        with (
-            closing(trace_chunks(job, runs, kept=True)) as chunks,
-            ThreadPoolExecutor(job.threads or usable_cores()) as pool,
-        ):
-            for chunk in chunks:
-                keep(pack(chunk, rows, pool))
-                done = chunk.first_pixel + chunk.pixels
-                if progress:
-                    progress(done, pixels)
-    except MemoryError as err:
-        raise OptionError(
-            message(
-                "the light paths do not fit into memory",
-                got=f"{settings.width} x {settings.height} pixels, {settings.spp} samples",
-                fix=fix,
-            )
-        ) from err
-    except KeyboardInterrupt:
-        if not done:
-            raise  # nothing to keep
-        if done < pixels:
-            text = f"interrupted: the paths of {done} of {pixels} pixels are kept"
-            warnings.warn(text, FluorsparWarning, stacklevel=4)
 
 
 def in_words(given: Any) -> Any:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, Chunk, Log
+from fluorspar.paths.log import BLOCK, END, ENTRIES, OF_TERMS, Chunk, Log, lanes_per_pixel
 from fluorspar.paths.packing import kernels
 
 __all__ = ["ARRAYS", "PackedChunk", "pack", "unpack"]
@@ -110,6 +110,8 @@ class PackedChunk:
 def pack(chunk: Chunk, rows: int, pool: Executor) -> PackedChunk:
     """Pack a chunk whose rows are below `rows`. Unpacked it is what it was, bit for bit, to who sweeps it.
 
+    The same paths make the same arrays, however long the strips were in which they were traced.
+
     Examples
     --------
     >>> from concurrent.futures import ThreadPoolExecutor
@@ -121,7 +123,7 @@ def pack(chunk: Chunk, rows: int, pool: Executor) -> PackedChunk:
     >>> packed.nbytes < chunk.log.compact().nbytes / 2
     True
     """
-    log = chunk.log
+    log = _joined(chunk)
     heights = log.strips[:, 1] - log.strips[:, 0]
     ends = np.cumsum(heights)
     strips = np.stack([ends - heights, ends], axis=1)
@@ -165,6 +167,40 @@ def unpack(packed: PackedChunk, row_of: NDArray[np.uint32], beyond: int, pool: E
     given = packed.rows, packed.says, packed.strips, packed.starts, packed.numbers, packed.lights, several
     _in_parts(pool, len(packed.strips), lambda *part: run["unpack"](*part, *given, row_of, beyond, flat, END))
     return Chunk(packed.first_pixel, packed.pixels, packed.spp, log)
+
+
+def _joined(chunk: Chunk) -> Log:
+    """Copy the entries of lanes that go on elsewhere behind one another, into one strip."""
+    log = chunk.log
+    slots = -(-chunk.pixels * lanes_per_pixel(chunk.spp) // BLOCK) * BLOCK
+    if len(log.used) == slots:
+        return log
+    block, column = np.divmod(np.arange(slots), BLOCK)
+    pieces, total = [], np.zeros(slots, np.int64)  # where lanes have them, and how many entries so far
+    going: NDArray[Any] = np.arange(slots)
+    at: NDArray[Any] = np.arange(slots)
+    while len(going):
+        pieces.append((going, at, total[going]))
+        total[going] += log.used[at]
+        at = log.goes_on[at]
+        going, at = going[at >= 0], at[at >= 0]
+    heights = total.reshape(-1, BLOCK).max(axis=1)
+    ends = np.cumsum(heights)
+    strips = np.stack([ends - heights, ends], axis=1)
+    source = np.zeros((int(ends[-1]), BLOCK), np.int64)
+    for going, at, before in pieces:
+        count = log.used[at]
+        within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        to = np.repeat(strips[block[going], 0] + before, count) + within
+        entry = np.repeat(log.strips[at // BLOCK, 0], count) + within
+        source[to, np.repeat(column[going], count)] = entry * BLOCK + np.repeat(at % BLOCK, count)
+    entries = {
+        name: values.reshape(*values.shape[:-2], -1)[..., source]
+        for name, values in log._asdict().items()
+        if name in ENTRIES and len(values)
+    }
+    goes_on = np.full(slots, -1, np.int32)
+    return log._replace(**entries, strips=strips, goes_on=goes_on, used=total.astype(np.int32))
 
 
 def _flat(log: Log) -> Log:

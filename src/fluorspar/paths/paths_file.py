@@ -43,7 +43,7 @@ _RECIPE = ("name", "parameters", "matte", "library", "sensor", "folder")
 
 
 class PathsWriter:
-    """Writes light paths to a file, chunk after chunk.
+    """Writes light paths to a file, chunk after chunk, in any order.
 
     The file has a temporary name until `keep`. Leaving the `with` block without removes it, and an older file of the
     name stays as it was.
@@ -63,8 +63,8 @@ class PathsWriter:
 
     Attributes
     ----------
-    pixels : int
-        How many there are paths of.
+    written : dict of int to int
+        Number of the first pixel of each chunk, and how many pixels it has.
 
     Raises
     ------
@@ -85,13 +85,12 @@ class PathsWriter:
 
         settings = job.scene.settings
         self.path = check_target(path, _BYTES_A_SAMPLE * settings.width * settings.height * settings.spp)
-        self._number = 0
+        self.written: dict[int, int] = {}
         try:
             self._temporary = Temporary(self.path, left)
             self._stream = PatientFile(self._temporary.path)
         except OSError as err:
             raise write_error(self.path, err) from err
-        self.pixels = 0
         self._label, self._journaled = label, journaled
         self._journal: Journal | None = None
         self._began = self._synced = time.monotonic()
@@ -123,7 +122,7 @@ class PathsWriter:
         self._temporary.drop()
 
     def write(self, chunk: PackedChunk) -> None:
-        """Append a chunk, the pixels of which follow those before."""
+        """Append a chunk."""
         self._put(chunk)
         if not self._journaled:
             return
@@ -154,13 +153,12 @@ class PathsWriter:
         self._journal = Journal(self._temporary.journal, end)
 
     def _put(self, chunk: PackedChunk) -> None:
-        group = self._file.create_group(f"chunks/{self._number:06d}")
+        group = self._file.create_group(f"chunks/{chunk.first_pixel:012d}")
         group.attrs.update({"first_pixel": chunk.first_pixel, "pixels": chunk.pixels, "spp": chunk.spp})
         for name in ARRAYS:
             group[name] = getattr(chunk, name)
         group.attrs["crc32"] = _checksum_of(chunk)
-        self._number += 1
-        self.pixels += chunk.pixels
+        self.written[chunk.first_pixel] = chunk.pixels
         self._check()
 
     def keep(self) -> None:
@@ -362,15 +360,15 @@ def _job(file: Any) -> tuple[RenderJob, dict[str, str] | None]:
 
 
 def _check_runs(chunks: PathsInFile, job: RenderJob) -> None:
-    """Refuse runs of pixels that do not follow one another, which would leave pixels out or write beyond the image."""
+    """Refuse runs of pixels that overlap, or lie beyond the image."""
     settings, at = job.scene.settings, 0
     for name in chunks._groups:
         attrs = chunks._file["chunks"][name].attrs
-        if int(attrs["first_pixel"]) != at or int(attrs["spp"]) != settings.spp or int(attrs["pixels"]) <= 0:
+        if int(attrs["first_pixel"]) < at or int(attrs["spp"]) != settings.spp or int(attrs["pixels"]) <= 0:
             raise ValueError("runs of pixels that do not follow one another")
-        at += int(attrs["pixels"])
+        at = int(attrs["first_pixel"]) + int(attrs["pixels"])
     if not 0 < at <= settings.width * settings.height:
-        raise ValueError(f"paths of {at} pixels of {settings.width * settings.height}")
+        raise ValueError(f"paths up to pixel {at} of {settings.width * settings.height}")
 
 
 def _checksum_of(chunk: PackedChunk) -> int:

@@ -6,6 +6,7 @@ Light paths that were traced among the old ones serve the new ones.
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from numbers import Real
@@ -17,7 +18,7 @@ import numpy as np
 from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Material
 from fluorspar.colour.xyz import luminance
-from fluorspar.errors import OptionError, message
+from fluorspar.errors import FluorsparWarning, OptionError, message
 from fluorspar.scene.lights import Light
 from fluorspar.scene.lobes.lobe import STRAIGHT, Lobe, LobeRow, Lobes
 from fluorspar.scene.lobes.rows import Coated, Luminescence, Metal, Operated, Reflection
@@ -61,6 +62,11 @@ def relit(
     MaterialError, SpectrumError
         If a material or light is unknown or impossible.
 
+    Warns
+    -----
+    FluorsparWarning
+        If a concentration changes nothing, because its material does not luminesce.
+
     Examples
     --------
     >>> from fluorspar.scene.loading import load_scene
@@ -102,14 +108,22 @@ def relit(
     for key in (*given, *factors):
         _check_material_id(scene, key, list(ids))
     made: dict[tuple[int, float], Material] = {}
+    dull = {key for key, factor in factors.items() if factor != 1}
 
     def change(surface: Surface, old: Material, ids: Sequence[str]) -> Material:
         names = (surface.name, *ids)
         new = next((given[name] for name in names if name in given), old)
-        factor = next((factors[name] for name in names if name in factors), 1.0)
+        key = next((name for name in names if name in factors), None)
+        factor = 1.0 if key is None else factors[key]
+        if key is not None and new.fluorescent:
+            dull.discard(key)
         return made.setdefault((id(new), factor), new.with_concentration(factor))
 
-    return _matte(scene, change) if scene.lobes is None else _general(scene, scene.lobes, change)
+    scene = _matte(scene, change) if scene.lobes is None else _general(scene, scene.lobes, change)
+    for key in dull:
+        text = f"the concentration of '{key}' changes nothing: its material does not luminesce"
+        warnings.warn(text, FluorsparWarning, stacklevel=3)
+    return scene
 
 
 _Change: TypeAlias = Callable[[Surface, Material, Sequence[str]], Material]

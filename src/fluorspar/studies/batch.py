@@ -11,7 +11,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
+from fluorspar.errors import ClusterError, FluorsparError, FluorsparWarning, OptionError, message
 from fluorspar.extras import check_extra
 from fluorspar.files.writing import check_not_input, check_target
 from fluorspar.progress import Progress, shown
@@ -21,9 +21,12 @@ from fluorspar.studies.files import located, mark_of
 from fluorspar.studies.groups import Group, groups_of
 from fluorspar.studies.index import index_of, read_marks, write_index
 from fluorspar.studies.study import Study, read_study
+from fluorspar.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from fluorspar.cluster.fit_workers import Unfit
 
 __all__ = ["batch", "run_study"]
 
@@ -69,6 +72,9 @@ def batch(
         row "failed": it is tried twice, and again by the next call.
     FluorsparError
         If a client is given, and Dask is not installed.
+    ClusterError
+        If the scheduler of the client is lost, or no worker has the versions of the client. What is done is kept, and
+        in the index; the same call goes on with the rest.
 
     Notes
     -----
@@ -136,6 +142,10 @@ def run_study(
             of = f"{count} of {len(study.rows)} renders are done"
             text = f"interrupted: {of}; the same command goes on with the others"
             warnings.warn(text, FluorsparWarning, stacklevel=3)
+    except ClusterError:
+        with suppress(FluorsparError):
+            _write(study, found)
+        raise
     _write(study, found)
     return _all(study, found)
 
@@ -147,6 +157,12 @@ def _prepare(study: Study) -> None:
     indices = (
         [] if study.index is None else [f"{os.path.realpath(study.index)}{of}" for of in (".csv", ".nc")]
     )
+    real: dict[str, Path] = {}
+    for path in (path for row in study.rows for path in row.outputs):
+        if real.setdefault(os.path.realpath(path), path) != path:
+            got = f"{real[os.path.realpath(path)]} and {path}"
+            fix = "name one file for each image; symbolic links are followed"
+            raise OptionError(message("two images have the same file", got=got, fix=fix))
     for row in study.rows:
         for path in row.outputs:
             if os.path.realpath(path) in indices:
@@ -167,32 +183,38 @@ def _prepare(study: Study) -> None:
 def _done_before(study: Study) -> dict[int, Result]:
     """Rows whose files are there, whole, and made by the same row."""
     known = read_marks(study)
-    found = {}
+    found, others = {}, set()
     for row in study.rows:
         if all(path.exists() for path in row.outputs):
             mark = mark_of(row)
-            if all(_mark_in(path, known) == mark for path in row.outputs):
+            there = [_mark_in(path, known) for path in row.outputs]
+            if all(each == mark for each, _ in there):
                 found[row.number] = Result(row.number, "done", mark=mark, before=True)
+                others |= {version for _, version in there} - {"", __version__}
+    if others:
+        text = (
+            f"some images were made by Fluorspar {', '.join(sorted(others))} and count as done; delete them to have "
+            f"them made by {__version__}"
+        )
+        warnings.warn(text, FluorsparWarning, stacklevel=5)
     return found
 
 
-def _mark_in(path: Path, known: Mapping[Path, str]) -> str:
-    """The mark of the row that a file was made by; "" if it is a part of an image, or another's."""
-    if path.suffix.lower() == ".zarr":
-        try:
-            attrs = json.loads((path / "zarr.json").read_text())["attributes"]
-        except (OSError, ValueError, KeyError):
-            return ""  # damaged
-        return "" if "partial" in attrs else str(attrs.get(MARK, ""))
-    if path.suffix.lower() != ".nc":
-        return known.get(path, "")
-    import h5py
-
+def _mark_in(path: Path, known: Mapping[Path, str]) -> tuple[str, str]:
+    """The mark of the row that a file was made by, "" if it is a part of an image, or another's; and the version."""
+    if path.suffix.lower() not in (".nc", ".zarr"):
+        return known.get(path, ""), ""
     try:
-        with h5py.File(path, "r") as file:
-            return "" if "partial" in file.attrs else str(file.attrs.get(MARK, ""))
-    except OSError:
-        return ""  # damaged
+        if path.suffix.lower() == ".zarr":
+            attrs = json.loads((path / "zarr.json").read_text())["attributes"]
+        else:
+            import h5py
+
+            with h5py.File(path, "r") as file:
+                attrs = dict(file.attrs)
+    except (OSError, ValueError, KeyError):
+        return "", ""  # damaged
+    return "" if "partial" in attrs else str(attrs.get(MARK, "")), str(attrs.get("version", ""))
 
 
 def _results(
@@ -206,34 +228,72 @@ def _results(
             if not again:
                 bar.advance(len(results))
         return
+    yield from _on_workers(groups, client, threads, bar, again)
+
+
+def _on_workers(
+    groups: Sequence[Group], client: Any, threads: int | None, bar: _Bar, again: bool
+) -> Generator[list[Result]]:
+    """Do groups on workers, in any order; raises ClusterError if the scheduler is lost, or no worker fits."""
     from distributed import as_completed
 
-    from fluorspar.cluster.versions import check_workers
+    from fluorspar.cluster.connect import check_connection, connection
+    from fluorspar.cluster.fit_workers import FitWorkers, Unfit
+    from fluorspar.cluster.versions import versions_here
 
-    check_workers(client)
-    futures = {client.submit(_task, group, threads, pure=False): group for group in groups}
+    workers, begun = FitWorkers(client), {}
+
+    def begin(group: Group) -> Any:
+        where = {} if workers.only is None else {"workers": workers.only, "allow_other_workers": True}
+        with connection(client):
+            future = client.submit(_task, group, threads, versions_here(), pure=False, **where)
+        begun[future] = group
+        return future
+
     try:
-        for future in as_completed(futures):
-            rows = futures[future].rows
+        done = as_completed([begin(group) for group in groups])
+        for future in done:
+            group = begun[future]
             try:
                 results = future.result()
             except Exception as err:  # a worker that died, above all
-                results = [Result(row.number, "failed", fault=fault_of(err)) for row in rows]
+                check_connection(client)
+                results = [Result(row.number, "failed", fault=fault_of(err)) for row in group.rows]
+            del begun[future]
+            if isinstance(results, Unfit):
+                workers.look(patient=True)
+                workers.refuse(results)
+                done.add(begin(group))
+                continue
             yield results
             if not again:
-                bar.advance(len(rows))
+                bar.advance(len(group.rows))
     finally:
         if client.status == "running":
-            client.cancel(list(futures))
+            client.cancel(list(begun))
 
 
-def _task(group: Group, threads: int | None) -> list[Result]:
-    """Do a group on a worker, with the threads it has."""
+def _task(group: Group, threads: int | None, versions: Mapping[str, str]) -> list[Result] | Unfit:
+    """Do a group on a worker, with the threads it has; stop between chunks if nobody waits for it any more."""
     from distributed import get_worker
+    from distributed.worker import thread_state
 
+    from fluorspar.cluster.fit_workers import Unfit
     from fluorspar.cluster.task import in_turn
+    from fluorspar.cluster.versions import check_versions, versions_here
 
-    return in_turn(do_group, group, threads or get_worker().state.nthreads)
+    worker, key = get_worker(), thread_state.key
+    try:
+        check_versions(versions, versions_here(), worker.address)
+    except ClusterError as err:
+        return Unfit(worker.address, str(err))
+
+    def tell(finished: int, share: float) -> None:
+        task = worker.state.tasks.get(key)
+        if task is None or task.state == "cancelled":
+            raise KeyboardInterrupt
+
+    return in_turn(do_group, group, threads or worker.state.nthreads, tell)
 
 
 class _Bar:

@@ -17,7 +17,8 @@ from fluorspar.image.formats.netcdf_layout import write_attrs
 from fluorspar.image.opening import replace_attrs
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob, read_grid
-from fluorspar.paths.light_paths import LightPaths, trace_job
+from fluorspar.paths.light_paths import LightPaths
+from fluorspar.paths.trace import trace_job
 from fluorspar.paths.whole_image import whole_image
 from fluorspar.progress import Progress
 from fluorspar.rendering import render_job

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,9 +47,12 @@ class Group:
     traced: bool
 
     def paths_files(self) -> list[Path]:
-        """Where large light paths are kept for a while: beside the output of a row, that of the first one now."""
-        key = hashlib.sha256(repr(sorted(self.common.items())).encode()).hexdigest()[:16]
-        return list(dict.fromkeys(row.outputs[0].parent / f".{key}.paths" for row in self.rows))
+        """Where large light paths are kept for a while: beside the output of a row, and named after it, that of the
+        first one now; so no other study that writes into the folder has the same.
+        """
+        outputs = [row.outputs[0] for row in self.rows]
+        names = [hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16] for output in outputs]
+        return [output.parent / f".{name}.paths" for output, name in zip(outputs, names, strict=True)]
 
     @classmethod
     def alone(cls, row: Row) -> Group:

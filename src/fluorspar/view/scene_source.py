@@ -10,7 +10,7 @@ from typing import Any
 from fluorspar.errors import FluorsparError, OptionError, message
 from fluorspar.files.memory import available_memory
 from fluorspar.job import RenderJob
-from fluorspar.paths.light_paths import trace_job
+from fluorspar.paths.trace import trace_job
 from fluorspar.view.paths_source import PathsSource
 from fluorspar.view.supplies import Supplies
 from fluorspar.view.turns import Turns

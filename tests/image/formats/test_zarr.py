@@ -248,6 +248,24 @@ class TestTargets:
             image.save(tmp_path / "a.zarr")
         assert (tmp_path / "a.zarr" / "thesis.txt").read_text() == "precious"
 
+    @pytest.mark.parametrize("zarr_format", [2, 3])
+    @pytest.mark.filterwarnings("ignore:The data type:zarr.errors.UnstableSpecificationWarning")
+    def test_a_store_of_something_else_is_not_replaced(self, image, tmp_path, zarr_format):
+        """Nor one that holds something else beside an image; one that is ours, or empty, is."""
+        weather = xr.Dataset({"rain": ("day", np.arange(3.0))})
+        weather.to_zarr(tmp_path / "a.zarr", zarr_format=zarr_format, consolidated=False)
+        image.dataset.to_zarr(tmp_path / "b.zarr", zarr_format=zarr_format, consolidated=False)
+        for name in ("a.zarr", "b.zarr"):
+            weather.to_zarr(tmp_path / name, mode="a", zarr_format=zarr_format, consolidated=False)
+            with pytest.raises(ImageError, match=r"(?s)not a Zarr store of a spectral image.*\.zarr"):
+                image.save(tmp_path / name)
+            with pytest.raises(ImageError, match="not a Zarr store of a spectral image"):
+                ZarrWriter(tmp_path / name, Wavelengths(), 12, 20)
+            assert xr.open_zarr(tmp_path / name, consolidated=False).rain.values.tolist() == [0, 1, 2]
+        image.dataset.to_zarr(tmp_path / "c.zarr", zarr_format=zarr_format, consolidated=False)
+        image.save(tmp_path / "c.zarr")
+        xr.testing.assert_identical(read_zarr(tmp_path / "c.zarr").load(), image.dataset)
+
     def test_a_link_stays_and_what_it_leads_to_is_replaced(self, image, tmp_path):
         image.save(tmp_path / "a.zarr")
         (tmp_path / "link.zarr").symlink_to("a.zarr")

@@ -39,7 +39,7 @@ def check_zarr_target(path: str | os.PathLike[str]) -> Path:
         If the store cannot be made there, or what is there is something else.
     """
     check_extra("cluster")
-    return check_folder(path, is_store, "Zarr store")
+    return check_folder(path, is_store, "Zarr store of a spectral image")
 
 
 def write_zarr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:

@@ -25,8 +25,11 @@ _CHUNK_ROWS = 16  # few, since renders come row by row, and whole chunks are wri
 
 
 def is_store(folder: Path) -> bool:
-    """Whether a folder is a Zarr store, or is empty, so that it may become one."""
-    return any((folder / name).is_file() for name in ("zarr.json", ".zgroup")) or not any(folder.iterdir())
+    """Whether a folder is a Zarr store that holds nothing but a spectral image, or is empty."""
+    inside = list(folder.iterdir())
+    is_group = any((folder / name).is_file() for name in ("zarr.json", ".zgroup"))
+    arrays = {path.name for path in inside if path.is_dir()}
+    return not inside or (is_group and arrays <= {*VARIABLES, *DIMS})
 
 
 def chunk_shape(height: int, width: int, bands: int) -> tuple[int, int]:

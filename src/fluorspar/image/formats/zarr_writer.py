@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.extras import check_extra
+from fluorspar.files import run_journal
 from fluorspar.files.folders import TemporaryFolder, check_folder
 from fluorspar.files.writing import write_error
 from fluorspar.image.components import COMPONENTS
@@ -36,8 +39,8 @@ class ZarrWriter(ImageWriter):
 
     If there is no store of that name yet, the new one has it from the start; what is not finished is NaN, and the
     attribute `partial` is 1 until it is closed. An older store of the name is as it was until then. Leaving the
-    `with` block through an exception removes the new one; to keep what was finished, call `close(partial=True)`
-    before.
+    `with` block through an exception removes the new one, but see `discard`; to keep what was finished in any case,
+    call `close(partial=True)` before.
 
     Parameters
     ----------
@@ -97,8 +100,8 @@ class ZarrWriter(ImageWriter):
         self._blocks: dict[int, _Block] = {}  # in the order of their last use
         self._spilled: dict[int, NDArray[np.bool_]] = {}
         self._spare: list[_Block] = []
-        self.path = check_folder(path, is_store, "Zarr store")
-        self._open = True
+        self.path = check_folder(path, is_store, "Zarr store of a spectral image")
+        self._open, self._labelled, self._began = True, label is not None, time.monotonic()
         try:
             self._temporary = TemporaryFolder(self.path, in_place=True)
         except OSError as err:
@@ -154,10 +157,24 @@ class ZarrWriter(ImageWriter):
         self._open = False
 
     def discard(self) -> None:
-        """Remove what was written; an older store of the name stays as it was."""
+        """Give the store up: leave what is finished, to be gone on with, or nothing.
+
+        It is left if it is labelled, took more than a few seconds, and there was no older store of the name, which
+        stays as it was.
+        """
+        if self._open and self._can_go_on:
+            with suppress(OSError, RuntimeError):  # the disk may be full
+                for number in list(self._blocks):
+                    self._flush(number)
+            self._temporary.leave()
         self._open = False
         self._temporary.drop()
         self._blocks.clear()
+
+    @property
+    def _can_go_on(self) -> bool:
+        in_place = self._temporary.path == self.path
+        return self._labelled and in_place and time.monotonic() - self._began > run_journal.SYNC_EVERY
 
     def _pieces(self, first_pixel: int, count: int) -> Iterator[tuple[int, int, int]]:
         """Cut a run of pixels at the ends of blocks: the number of each block, and first and last pixel in it."""
