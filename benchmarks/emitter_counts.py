@@ -61,7 +61,13 @@ def main() -> None:
     parser.add_argument("--mesh")
     parser.add_argument("--counts", type=int, nargs="+", default=[2, 4, 8, 16])
     parser.add_argument("--mode", default="true")
-    parser.add_argument("--exclude", action="store_true", help="leave out the emitting object")
+    parser.add_argument(
+        "--exclude",
+        nargs="*",
+        default=False,
+        metavar="ID",
+        help="leave out these emitting objects; without ids: each",
+    )
     parser.add_argument("--spp", type=int, default=256)
     parser.add_argument("--reference", type=int, default=2048)
     parser.add_argument("--size", type=int, default=128)
@@ -111,7 +117,7 @@ def main() -> None:
             emitters=walls,
             patches=patches,
             mode=args.mode,
-            exclude_emitter_geometry=args.exclude,
+            exclude_emitter_geometry=True if args.exclude == [] else args.exclude,
             patch_samples=samples,
         )
         began = time.perf_counter()

@@ -12,7 +12,7 @@ import pytest
 from scipy.ndimage import binary_erosion, median_filter
 
 from floor_scene import DYE, GRID, QUICK, floor_under
-from fluorspar.errors import ApproximationWarning, FluorsparWarning, ImageError
+from fluorspar.errors import ApproximationWarning, FluorsparWarning, ImageError, OptionError
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.rendering import render
 from fluorspar.scene.loading import load_scene
@@ -261,6 +261,38 @@ def test_an_excluded_emitter_reflects_nothing(tmp_path: Path):
     assert (without[own] == 0).all()
     assert full[own].max() > 0
     assert without[other].mean() == pytest.approx(full[other].mean(), rel=0.33)
+
+
+def test_each_object_is_excluded_by_itself(tmp_path: Path):
+    """Expected: what the left wall shows is as if all were excluded, bit for bit, and what the right wall shows as if
+    none were; the image says which."""
+    scene = load_scene("cornell-box").with_settings(width=16, height=16, spp=16)
+    walls = ("left-wall", "right-wall")
+    one, each, none = (
+        [shown_by(scene, tmp_path / f"{k}-{wall}", wall, exclude_emitter_geometry=chosen) for wall in walls]
+        for k, chosen in enumerate((["left-wall"], True, False))
+    )
+    assert (one[0] == each[0]).all()
+    assert (one[1] == none[1]).all()
+    assert not (each[0] == none[0]).all()
+    chosen = replace(QUICK, exclude_emitter_geometry="left-wall")
+    image = render(scene, wavelengths=GRID, method="staged", staged=chosen)
+    assert image.attrs["excluded_emitter_geometry"] == ["left-wall"]
+    assert (
+        "excluded_emitter_geometry"
+        not in render(scene, wavelengths=GRID, method="staged", staged=QUICK).attrs
+    )
+
+
+def test_an_object_that_emits_nothing_cannot_be_excluded():
+    scene = load_scene("cornell-box").with_settings(width=8, height=8, spp=4)
+    for name in ("floor", "left-wal"):
+        chosen = replace(QUICK, exclude_emitter_geometry=["right-wall", name])
+        said = f"'{name}' is no fluorescent shape .*\n.*\n.*right-wall, left-wall"
+        with pytest.raises(OptionError, match=said):
+            render(scene, wavelengths=GRID, method="staged", staged=chosen)
+    with pytest.raises(OptionError, match="exclude_emitter_geometry is not readable"):
+        replace(QUICK, exclude_emitter_geometry=3)
 
 
 def test_filtering_takes_the_median_at_edges_only():

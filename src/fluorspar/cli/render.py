@@ -128,12 +128,12 @@ def render(
         ),
     ] = None,
     exclude_emitter_geometry: Annotated[
-        bool,
+        list[str] | None,
         typer.Option(
-            "--exclude-emitter-geometry",
-            help="staged: only black emitters in place of the emitting object, as the paper.",
+            metavar="ID|all",
+            help="staged: only black emitters stand for this object while it emits, as in the paper. May be repeated.",
         ),
-    ] = False,
+    ] = None,
     bounces: Annotated[
         int | None, typer.Option(help="staged: 2 estimates component 6 as well. [default: 1]")
     ] = None,
@@ -170,7 +170,7 @@ def render(
         emitters=emitters,
         patches=patches,
         mode=emitter_mode,
-        exclude_emitter_geometry=exclude_emitter_geometry or None,
+        exclude_emitter_geometry=_excluded(exclude_emitter_geometry),
         bounces=bounces,
         tolerance=tolerance,
         filter_edges=filter_edges or None,
@@ -230,6 +230,11 @@ def render(
         raise typer.Exit(2)  # a warning has said what it is
     if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
+
+
+def _excluded(ids: list[str] | None) -> bool | list[str] | None:
+    """Which objects `--exclude-emitter-geometry` leaves out."""
+    return True if ids == ["all"] else ids or None
 
 
 render.__doc__ = f"{render.__doc__}\n\n{_EXAMPLES}"

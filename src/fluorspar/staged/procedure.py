@@ -51,7 +51,8 @@ def render_staged(
     SpectralImage
         `standard_error` is that of the mean of the repeats and missing for a single one; it does not hold the
         error that a finite number of emitters makes. Attributes `single_bounce` (1, or 0 with component 6),
-        `timings` (each pass relative to component 1), `emitters` (by object, their number); `partial` is 1 if
+        `timings` (each pass relative to component 1), `emitters` (by object, their number),
+        `excluded_emitter_geometry` (the objects that were left out of their own emitter render); `partial` is 1 if
         the user interrupted after some of the repeats.
 
     Raises
@@ -136,6 +137,7 @@ def _all(p: Passes) -> SpectralImage:
         "repeats": done,
         "single_bounce": int(len(names) == len(SINGLE_BOUNCE)),
         "emitters": {item.name: len(item.array) for item in objects},
+        "excluded_emitter_geometry": [item.name for item in objects if item.excluded] or None,
         "timings": p.watch.relative(),
     }
     if done < p.repeats:
