@@ -241,7 +241,7 @@ def test_intermediate_images_keep_scene_seed_and_errors(tmp_path: Path):
     for name in ("scene", "seed", "spp", "repeats", "method"):
         assert walls[0].attrs[name] == image.attrs[name]
     there = [Point("1", (278.0, 480.0, 559.2))]
-    measured = measure(tmp_path / "emitters-left-wall.nc", there, aperture="2deg")
+    measured = measure(tmp_path / "emitters-left-wall.nc", there, aperture="3px")
     assert measured.standard_error is not None
     assert 0 < measured.standard_error[0, -1] < measured.radiance[0, -1]
     compared = compare(tmp_path / "E_D-poster-red.nc", tmp_path / "E_D-poster-red.nc")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -43,12 +43,12 @@ def _donaldson(matrix: DonaldsonMatrix, name: str) -> Figure:
 
     grid, cells = matrix.wavelengths, matrix.band()
     figure = blank(7.2, 3.2)
-    space = figure.add_subplot(1, 2, 1, projection="3d")
+    space: Any = figure.add_subplot(1, 2, 1, projection="3d")
     x, y = np.meshgrid(grid.values, grid.values)
-    space.plot_surface(x, y, cells, cmap="BuPu", rcount=len(grid), ccount=len(grid), linewidth=0)  # type: ignore[attr-defined]
-    space.view_init(_ELEVATION, _AZIMUTH)  # type: ignore[attr-defined]
+    space.plot_surface(x, y, cells, cmap="BuPu", rcount=len(grid), ccount=len(grid), linewidth=0)
+    space.view_init(_ELEVATION, _AZIMUTH)
     space.set(xlabel="excitation, nm", ylabel="emission, nm")
-    space.set_zlabel(f"band of {grid.step:g} nm")  # type: ignore[attr-defined]
+    space.set_zlabel(f"band of {grid.step:g} nm")
     put_title(space, f"{name}, Donaldson matrix")
     panel = figure.add_subplot(1, 2, 2)
     high, half = float(cells.max()) or 1.0, grid.step / 2
@@ -62,7 +62,6 @@ def _donaldson(matrix: DonaldsonMatrix, name: str) -> Figure:
         extent=(*ends, *ends),
     )
     panel.set(xlabel="excitation, nm", ylabel="emission, nm")
-    figure.colorbar(
-        drawn, ax=panel, label=f"radiance out per radiance in, bands of {grid.step:g} nm", extend="min"
-    )
+    label = f"radiance out per radiance in, bands of {grid.step:g} nm"
+    figure.colorbar(drawn, ax=panel, label=label, extend="min", format="{x:g}", shrink=0.8)
     return figure

@@ -57,7 +57,7 @@ def emitters_figure(path: str | os.PathLike[str]) -> Figure:
 
 def _emitters(emitters: Any, name: str) -> Figure:
     from matplotlib import colormaps
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     triangles = emitters.corner.values[emitters.face.values]
     patch, centre = emitters.patch_of_face.values, emitters.centre.values
@@ -79,7 +79,7 @@ def _emitters(emitters: Any, name: str) -> Figure:
         for axis, at in zip("xyz", middle, strict=True):
             getattr(space, f"set_{axis}lim")(at - half, at + half)
             getattr(space, f"set_{axis}label")(axis)
-        space.set_box_aspect((1, 1, 1))
+        space.set_box_aspect((1, 1, 1), zoom=0.8)
         space.view_init(np.degrees(np.arcsin(view[2])), np.degrees(np.arctan2(view[1], view[0])))
         put_title(space, f"{name}, {len(centre)} emitters, {side}")
     return figure
