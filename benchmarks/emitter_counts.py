@@ -61,7 +61,13 @@ def main() -> None:
     parser.add_argument("--mesh")
     parser.add_argument("--counts", type=int, nargs="+", default=[2, 4, 8, 16])
     parser.add_argument("--mode", default="true")
-    parser.add_argument("--exclude", action="store_true", help="leave out the emitting object")
+    parser.add_argument(
+        "--exclude",
+        nargs="*",
+        default=False,
+        metavar="ID",
+        help="leave out these emitting objects; without ids: each",
+    )
     parser.add_argument("--spp", type=int, default=256)
     parser.add_argument("--reference", type=int, default=2048)
     parser.add_argument("--size", type=int, default=128)
@@ -102,6 +108,9 @@ def main() -> None:
     header = "".join(f"{name:>9}" for name in ("mean", "rms", "worst", "total", "seconds"))
     alone, material = with_one_fluorescent(scene)
     print(f"{'count':>6}{header}   {material} alone, to the last count: rms / mean")
+    excluded = True if args.exclude == [] else args.exclude
+    glowing = {s.name for s in alone.surfaces if alone.materials[s.front].fluorescent}
+    excluded_alone = excluded if isinstance(excluded, bool) else sorted(glowing & set(excluded))
     before = None
     for count in args.counts:
         # the emitters of walls vary in a room, those of the object in a scene with a mesh
@@ -111,7 +120,7 @@ def main() -> None:
             emitters=walls,
             patches=patches,
             mode=args.mode,
-            exclude_emitter_geometry=args.exclude,
+            exclude_emitter_geometry=excluded,
             patch_samples=samples,
         )
         began = time.perf_counter()
@@ -123,7 +132,13 @@ def main() -> None:
         whole = blocks(both[0], valid)[:, band].mean() / blocks(both[1], valid)[:, band].mean() - 1
         step = ""
         one = (
-            render(alone, wavelengths=grid, method="staged", seed=2, staged=options)
+            render(
+                alone,
+                wavelengths=grid,
+                method="staged",
+                seed=2,
+                staged=replace(options, exclude_emitter_geometry=excluded_alone),
+            )
             .component(name)
             .values.astype(float)
         )

@@ -25,6 +25,15 @@ def test_a_surface_that_cannot_be_cut_is_named(fluorspar: CommandLine) -> None:
     assert fluorspar.refuses(PAINTED, *options).says("more emitters than the mesh has faces", "shape 'ball'")
 
 
+def test_objects_are_excluded_by_id(fluorspar: CommandLine) -> None:
+    for chosen in ("ball", "all"):
+        assert fluorspar.render(PAINTED, *STAGED, "--exclude-emitter-geometry", chosen).code == 0
+        with SpectralImage.open("old.nc") as image:
+            assert image.attrs["excluded_emitter_geometry"] == ["ball"]
+    refused = fluorspar.refuses(PAINTED, *STAGED, "--exclude-emitter-geometry", "bal")
+    assert refused.says("'bal' is no fluorescent shape", "one of ball", "did you mean ball")
+
+
 def test_too_few_samples_for_the_repeats(fluorspar: CommandLine) -> None:
     """Expected: as many repeats as samples, and no more work than that, with a notice."""
     done = fluorspar.render(PAINTED, "--spp", "1", "--method", "staged", "--patches", "4")

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption, ObserverOption
+from fluorspar.cli.options import A_COMPONENT, ApertureOption, CameraOption, DefineOption, ObserverOption
 from fluorspar.errors import OptionError, message
 from fluorspar.figures.style import FORMATS
 from fluorspar.files import tables
@@ -43,9 +43,7 @@ def measure(
     normalise: Annotated[
         str, typer.Option(metavar="none|luminance|POINT", help="By a white reference, or the mean luminance.")
     ] = "none",
-    component: Annotated[
-        str | None, typer.Option(help="A component, or single_bounce, reflected, luminescent.")
-    ] = None,
+    component: Annotated[str | None, typer.Option(help=f"Only {A_COMPONENT}")] = None,
     observer: ObserverOption = "2",
 ) -> None:
     """Measure the spectra of points: mean under an aperture, with its standard error."""
@@ -61,6 +59,7 @@ def measure(
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input
     from fluorspar.image.units import is_unit_of_radiance
+    from fluorspar.measuring.measure import WHOLE_PIXELS
     from fluorspar.measuring.measure import measure as measure_spectra
     from fluorspar.measuring.normalised import normalised
     from fluorspar.measuring.point_spectra import write_point_spectra
@@ -98,7 +97,10 @@ def measure(
         table.add_row(escape(point.name), f"{value:.5g}", *coordinates, lux, escape(point.note))
     console.out.print(table)
     for note in measured.notes:
-        console.out.print(note, markup=False, highlight=False)
+        if aperture is None and WHOLE_PIXELS in note:  # one that is asked for was warned of
+            console.warning(note)
+        else:
+            console.out.print(note, markup=False, highlight=False)
     for path in output or []:
         console.out.print(f"wrote {text_of(path)}", markup=False, highlight=False)
 

@@ -10,6 +10,7 @@ from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
 from fluorspar.cli.changes import (
     GridOption,
+    LightOption,
     PathsArgument,
     SameLuminanceOption,
     TracedExcitationOption,
@@ -22,11 +23,13 @@ from fluorspar.cli.options import (
     ComponentErrorsOption,
     DefineOption,
     DenoiseOption,
+    ExposureOption,
     ImagesOption,
     LibraryOption,
     PicturesOption,
     StokesOption,
     ThreadsOption,
+    exposure_of,
     pairs,
 )
 
@@ -44,15 +47,7 @@ _EXAMPLES = """Examples:
 def relight(
     paths: PathsArgument,
     output: ImagesOption,
-    light: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="ID=NAME|FILE|FACTOR",
-            help="Give a light another spectrum, or multiply it, or both: ID=NAMExFACTOR, such as lamp=FL11x0.5. By "
-            "the id of the light or of its shape. An illuminant gets the luminance of the light it replaces. "
-            "May be repeated.",
-        ),
-    ] = None,
+    light: LightOption = None,
     material: Annotated[
         list[str] | None,
         typer.Option(
@@ -83,6 +78,7 @@ def relight(
     ] = None,
     define: DefineOption = None,
     pictures: PicturesOption = None,
+    exposure: ExposureOption = None,
     threads: ThreadsOption = None,
 ) -> None:
     """Compute an image of light paths, with other lights, materials and wavelengths; nothing is traced."""
@@ -97,6 +93,7 @@ def relight(
     lights = settings(light, "--light", light_of)
     materials = pairs(material or [], "--material")
     check_images(output, pictures, (paths, *files_named(lights, materials, library or [])))
+    shown_with = exposure_of(exposure, [*output, pictures])
     if denoise:
         check_extra("denoise")
     kept = load_paths(paths)
@@ -122,7 +119,7 @@ def relight(
         shown = scene_named(scene, define) or built_in_scene(kept.job.attrs)
         image = image.denoised(scene=shown and relit(shown, **changes), threads=threads)
         console.out.print(f"denoised: {image.attrs['denoised']}", markup=False, highlight=False)
-    write_outputs(image, output, pictures, streamed=not denoise)
+    write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
     if image.attrs.get("partial"):
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
 

@@ -11,16 +11,19 @@ import typer
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
 from fluorspar.cli.blender_option import BlenderOption, chosen_renderer
+from fluorspar.cli.changes import LightOption, SameLuminanceOption, files_named, light_of, settings
 from fluorspar.cli.options import (
     ComponentErrorsOption,
     DenoiseOption,
     ExcitationOption,
+    ExposureOption,
     ImagesOption,
     LibraryOption,
     PicturesOption,
     ResumeOption,
     StokesOption,
     ThreadsOption,
+    exposure_of,
     size_of,
     staged_options,
 )
@@ -38,6 +41,7 @@ from fluorspar.cli.scene_options import (
     SizeOption,
     SppOption,
     VariantOption,
+    ViewpointOption,
     WavelengthsOption,
     scene_to_trace,
 )
@@ -55,6 +59,8 @@ _EXAMPLES = """Examples:
   fluorspar render cornell-box --spp 16 --denoise -o box.nc -o box.png
 
   fluorspar render room.xml --size 640x480 --spp 256 --wavelengths 300:780:5 --material left-wall=poster-red -o room.nc
+
+  fluorspar render cornell-box --camera "origin=278,273,-400 fov=60" --light light=A -o evening.nc -o evening.png
 
   fluorspar render room.xml --until error=1% --max-time 10m -o room.nc
 
@@ -85,6 +91,9 @@ def render(
     rr_depth: RrDepthOption = None,
     matte: MatteOption = False,
     sensor: SensorOption = None,
+    camera: ViewpointOption = None,
+    light: LightOption = None,
+    same_luminance: SameLuminanceOption = False,
     stokes: StokesOption = "half",
     component_errors: ComponentErrorsOption = False,
     until: Annotated[
@@ -111,6 +120,7 @@ def render(
     ] = None,
     denoise: DenoiseOption = False,
     pictures: PicturesOption = None,
+    exposure: ExposureOption = None,
     variant: VariantOption = "auto",
     threads: ThreadsOption = None,
     scheduler: SchedulerOption = None,
@@ -128,12 +138,12 @@ def render(
         ),
     ] = None,
     exclude_emitter_geometry: Annotated[
-        bool,
+        list[str] | None,
         typer.Option(
-            "--exclude-emitter-geometry",
-            help="staged: only black emitters in place of the emitting object, as the paper.",
+            metavar="ID|all",
+            help="staged: only black emitters stand for this object while it emits, as in the paper. May be repeated.",
         ),
-    ] = False,
+    ] = None,
     bounces: Annotated[
         int | None, typer.Option(help="staged: 2 estimates component 6 as well. [default: 1]")
     ] = None,
@@ -145,7 +155,10 @@ def render(
         bool, typer.Option("--filter-edges", help="staged: the paper's filter of edge artefacts.")
     ] = False,
     keep_intermediate: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="staged: keep the intermediate images here.")
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="staged: keep the intermediate images and pictures of the emitters here."
+        ),
     ] = None,
     repeats: Annotated[
         int | None, typer.Option(help="staged: independent seeds, for the standard error. [default: 4]")
@@ -170,14 +183,16 @@ def render(
         emitters=emitters,
         patches=patches,
         mode=emitter_mode,
-        exclude_emitter_geometry=exclude_emitter_geometry or None,
+        exclude_emitter_geometry=_excluded(exclude_emitter_geometry),
         bounces=bounces,
         tolerance=tolerance,
         filter_edges=filter_edges or None,
         keep_intermediate=keep_intermediate,
         repeats=repeats,
     )
-    check_images(output, pictures, (scene, mesh))
+    lights = settings(light, "--light", light_of)
+    check_images(output, pictures, (scene, mesh, *files_named(lights, {}, [])))
+    shown_with = exposure_of(exposure, [*output, pictures])
     if denoise:
         check_extra("denoise")
     streamed = None if denoise else stream_target(output)
@@ -201,6 +216,9 @@ def render(
             size=size_of(size),
             wavelengths=wavelengths,
             excitation=excitation,
+            camera=camera,
+            lights=lights,
+            same_luminance=same_luminance,
             method=method,
             max_depth=max_depth,
             rr_depth=rr_depth,
@@ -222,14 +240,30 @@ def render(
     if denoise:
         image = image.denoised(scene=loaded, threads=threads)
         _LOG.info("denoised")
-    write_outputs(image, output, pictures, streamed=not denoise)
+    write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
     _LOG.info("written")
+    if keep_intermediate is not None:
+        _draw_emitters(keep_intermediate)
     if timings:
         print_timings(image)
     if image.attrs.get("fault"):
         raise typer.Exit(2)  # a warning has said what it is
     if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
+
+
+def _draw_emitters(folder: Path) -> None:
+    """Draw the emitters that a render has left in a folder, beside their files."""
+    from fluorspar.figures.emitters import emitters_figure
+    from fluorspar.figures.style import write_figure
+
+    for path in sorted(folder.glob("L_F-*.nc")):
+        write_figure(emitters_figure(path), path.with_suffix(".png"))
+
+
+def _excluded(ids: list[str] | None) -> bool | list[str] | None:
+    """Which objects `--exclude-emitter-geometry` leaves out."""
+    return True if ids == ["all"] else ids or None
 
 
 render.__doc__ = f"{render.__doc__}\n\n{_EXAMPLES}"

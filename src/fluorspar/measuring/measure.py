@@ -18,7 +18,7 @@ from fluorspar.image.components import select
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, is_denoised, unit_of_image
 from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
-from fluorspar.measuring.image_scene import given_scene, scene_of
+from fluorspar.measuring.image_scene import as_seen, given_scene, scene_of
 from fluorspar.measuring.mean_spectrum import mean_spectrum
 from fluorspar.measuring.options import text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
@@ -30,6 +30,9 @@ from fluorspar.spectral.bands import beyond_the_data
 __all__ = ["measure"]
 
 Array = NDArray[np.float64]
+
+WHOLE_PIXELS = "the pixels it touches are measured whole"
+"""Said where an aperture is smaller than a pixel."""
 
 
 def measure(
@@ -59,7 +62,7 @@ def measure(
     bandwidth : float
         FWHM of the instrument's triangular bands in nm; 0: none. The notes say where they reach beyond the data.
     component : str, optional
-        A component or a sum of some (`total`, `single_bounce`, `reflected`, `luminescent`).
+        A component or a sum of some (`total`, `single_bounce`, `reflected`, `luminescent`, or several joined by "+").
     title : str
         What to call the image.
 
@@ -136,7 +139,7 @@ def measure(
         layer = error_layer(image, component)
         if layer is not None and layer[1] is None and not all_light:
             notes.append(OF_TOTAL)
-        lit = all_light or component == "single_bounce"
+        lit = all_light or components == select("single_bounce", image.components)
         spectra = PointSpectra(
             tuple(point.name for point in points),
             bands_of(image),
@@ -164,7 +167,7 @@ def _seen(
         from fluorspar.scene.camera import camera_of
 
         width, height = image.size
-        scene = scene.with_settings(width=width, height=height)
+        scene = as_seen(scene.with_settings(width=width, height=height), image.attrs)
         matrix = camera_of(scene).matrix
         if in_scene:
             pixels[in_scene] = visible_pixels(scene, [points[p] for p in in_scene])
@@ -176,7 +179,7 @@ def _seen(
 def _width(pixels: Array, aperture: Aperture, camera_matrix: Array | None) -> str:
     """The width of an aperture where it is less than a pixel, in words; empty: it is more."""
     width = 2 * max(radius_in_pixels(pixel, aperture, camera_matrix) for pixel in pixels)
-    return f", {width:.2g} pixels wide: the pixels it touches are measured whole" if width < 0.99 else ""
+    return f", {width:.2g} pixels wide: {WHOLE_PIXELS}" if width < 0.99 else ""
 
 
 def _means(

@@ -126,7 +126,8 @@ class Scene:
         """
         import mitsuba as mi
 
-        key = make, mi.variant(), self.settings.width, self.settings.height
+        settings = self.settings
+        key = make, mi.variant(), settings.width, settings.height, settings.viewpoint
         return self._nodes.made(key, lambda: make(self))
 
     def carried(self) -> Scene:
@@ -208,7 +209,7 @@ class Scene:
             if any(part is material for _, part in self.lobes.parts(surface.node))
         )
 
-    def with_settings(self, **changes: int | None) -> Scene:
+    def with_settings(self, **changes: Any) -> Scene:
         """Copy the scene with some settings changed; None leaves a setting as it is."""
         return replace(
             self, settings=replace(self.settings, **{k: v for k, v in changes.items() if v is not None})

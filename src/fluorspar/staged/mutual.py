@@ -10,7 +10,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.errors import ApproximationWarning
+from fluorspar.errors import ApproximationWarning, OptionError, message
+from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.scene.surfaces import NO_LIGHT
 from fluorspar.staged.emission import emitter_arrays, patch_illumination, refine
 from fluorspar.staged.emitters.patches import EmitterArray
@@ -39,6 +40,8 @@ class FluorescentObject:
         Whether the surface is also a lamp.
     per_face : bool
         Whether each face of the array is an emitter, not each patch.
+    excluded : bool
+        Whether the object itself is left out of that scene.
     """
 
     name: str
@@ -47,6 +50,7 @@ class FluorescentObject:
     scene: LoadedScene
     glows: bool
     per_face: bool
+    excluded: bool
 
     def radiance(self, emitted: Array) -> Array:
         """What each emitter of the scene gets for L_F of the patches, ndarray of shape (emitters, N)."""
@@ -58,7 +62,8 @@ def fluorescent_objects(p: Passes) -> list[FluorescentObject]:
     """Cut fluorescent surfaces into emitters, and load a scene for each."""
     arrays = emitter_arrays(p.renderer, p.scene, p.matrices, p.options)
     names = [p.scene.surfaces[array.surface].name + (" (back)" if array.back else "") for array in arrays]
-    renderer, keep_object = p.renderer, not p.options.exclude_emitter_geometry
+    _check_excluded(p, [p.scene.surfaces[array.surface].name for array in arrays])
+    renderer = p.renderer
     per_face = isinstance(renderer, EmitsPerFace)
     objects = []
     for number, (array, name, file) in enumerate(zip(arrays, names, file_names(names), strict=True)):
@@ -66,16 +71,32 @@ def fluorescent_objects(p: Passes) -> list[FluorescentObject]:
         if p.options.tolerance is not None and array.copy is None:
             with p.watch.timing("subdivision"):
                 array = _subdivided(p, array, name, number, glows)
+        keep_object = not p.options.excludes(p.scene.surfaces[array.surface].name)
         if isinstance(renderer, EmitsPerFace):
             loaded = renderer.load_faces(p.scene, array, keep_object=keep_object)
         else:
             loaded = renderer.load(p.scene, array, keep_object=keep_object)
-        objects.append(FluorescentObject(name, file, array, loaded, glows, per_face))
+        objects.append(FluorescentObject(name, file, array, loaded, glows, per_face, not keep_object))
     # each object is probed once, and then once in the light of each other; its emitters are rendered twice
     probed = len(p.exciting) * sum(1 + item.glows + 2 * (p.bounces - 1) * len(objects) for item in objects)
     rendered = 2 * len(p.emitted) * p.bounces * len(objects) * p.sampling.passes
     p.expect(p.repeats * (probed + rendered))
     return objects
+
+
+def _check_excluded(p: Passes, emitting: Sequence[str]) -> None:
+    """Refuse to leave out an object that emits nothing."""
+    chosen = p.options.exclude_emitter_geometry
+    for name in () if isinstance(chosen, bool) else chosen:
+        if name not in emitting:
+            raise OptionError(
+                message(
+                    f"'{name}' is no fluorescent shape of the scene, so its geometry cannot be left out",
+                    where="exclude_emitter_geometry",
+                    expected=f"one of {', '.join(dict.fromkeys(emitting)) or '(none)'}",
+                    fix=did_you_mean(name, emitting),
+                )
+            )
 
 
 def mutual_illumination(
@@ -101,9 +122,8 @@ def mutual_illumination(
         for item, emitted in zip(objects, emission, strict=True):
             shown = _emitter_render(p, item, emitted, views, bounce, layers=not last)
             renders.append(shown.image)
-            if repeat == 0:
-                order = "" if bounce == 1 else f" {bounce}"
-                p.kept.image(f"emitters{order} {item.file}", shown.image)
+            order = "" if bounce == 1 else f" {bounce}"
+            p.kept.image(f"emitters{order} {item.file}", shown.image)
             if not last:
                 light_f = {row: e + shown.light[row] for row, e in light_f.items()}
         reflected = luminescent_reflection(renders) if renders else np.zeros_like(y5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -35,10 +36,11 @@ class StagedOptions:
     mode : {"true", "decimated"}
         What the emitters of a mesh are: `"true"`, patches of the surface itself; `"decimated"`, the faces of
         a decimated copy, as in the paper.
-    exclude_emitter_geometry : bool
+    exclude_emitter_geometry : bool or sequence of str
         Leave the emitting object out of its own emitter render, as the paper did: only its emitters stand
         there, black and opaque, so that it reflects none of their light. In mode `"true"` they hide and absorb
-        what the object would; in mode `"decimated"` the copy does. Not with `bounces` of 2 or more.
+        what the object would; in mode `"decimated"` the copy does. True: each fluorescent object; ids of shapes:
+        these only. Not with `bounces` of 2 or more.
     bounces : int
         1: light luminesces once (the paper). 2 and more: light that luminesced that often is carried on, and
         component 6 is estimated.
@@ -70,7 +72,7 @@ class StagedOptions:
     emitters: int = 8
     patches: int = 100
     mode: Literal["true", "decimated"] = "true"
-    exclude_emitter_geometry: bool = False
+    exclude_emitter_geometry: bool | Sequence[str] = False
     bounces: int = 1
     tolerance: float | None = None
     filter_edges: bool = False
@@ -130,6 +132,7 @@ class StagedOptions:
                     fix="use mode 'true'",
                 )
             )
+        object.__setattr__(self, "exclude_emitter_geometry", _ids(self.exclude_emitter_geometry))
         if self.exclude_emitter_geometry and self.bounces > 1:
             raise OptionError(
                 message(
@@ -140,3 +143,32 @@ class StagedOptions:
                     fix="leave out exclude_emitter_geometry",
                 )
             )
+
+    def excludes(self, name: str) -> bool:
+        """Whether the shape of this id is left out of its own emitter render.
+
+        Examples
+        --------
+        >>> options = StagedOptions(exclude_emitter_geometry=["object"])
+        >>> options.excludes("object"), options.excludes("left-wall")
+        (True, False)
+        """
+        chosen = self.exclude_emitter_geometry
+        return chosen if isinstance(chosen, bool) else name in chosen
+
+
+def _ids(given: object) -> bool | tuple[str, ...]:
+    """Read which objects are left out: all, none, or ids of shapes."""
+    if isinstance(given, bool):
+        return given
+    ids = (given,) if isinstance(given, str) else given
+    if not isinstance(ids, Sequence) or not all(isinstance(each, str) for each in ids):
+        raise OptionError(
+            message(
+                "exclude_emitter_geometry is not readable",
+                where=_WHERE,
+                got=repr(given),
+                expected="True, False, or ids of fluorescent shapes",
+            )
+        )
+    return tuple(ids)

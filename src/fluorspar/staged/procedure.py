@@ -51,7 +51,8 @@ def render_staged(
     SpectralImage
         `standard_error` is that of the mean of the repeats and missing for a single one; it does not hold the
         error that a finite number of emitters makes. Attributes `single_bounce` (1, or 0 with component 6),
-        `timings` (each pass relative to component 1), `emitters` (by object, their number); `partial` is 1 if
+        `timings` (each pass relative to component 1), `emitters` (by object, their number),
+        `excluded_emitter_geometry` (the objects that were left out of their own emitter render); `partial` is 1 if
         the user interrupted after some of the repeats.
 
     Raises
@@ -118,6 +119,7 @@ def _all(p: Passes) -> SpectralImage:
                 stacklevel=3,
             )
             break
+        p.kept.finish_repeat()
         mean = mean + components if totals else components
         totals.append(total(list(components)).astype(np.float32))
     done = len(totals)
@@ -136,8 +138,10 @@ def _all(p: Passes) -> SpectralImage:
         "repeats": done,
         "single_bounce": int(len(names) == len(SINGLE_BOUNCE)),
         "emitters": {item.name: len(item.array) for item in objects},
+        "excluded_emitter_geometry": [item.name for item in objects if item.excluded] or None,
         "timings": p.watch.relative(),
     }
+    p.kept.write(attrs)
     if done < p.repeats:
         attrs["partial"] = 1
     return SpectralImage.from_arrays(mean, grid, error, attrs, components=names)
@@ -163,11 +167,10 @@ def _repeat(p: Passes, repeat: int, objects: Sequence[FluorescentObject]) -> NDA
         }
         y2 = p.luminesced(direct.light, views)
         y4 = p.luminesced(light_i, views)
-    if repeat == 0:
-        files = file_names([made.name for made in p.scene.materials])
-        for row in p.fluorescent:
-            p.kept.image(f"E_D {files[row]}", direct.light[row])
-            p.kept.image(f"E_I {files[row]}", light_i[row])
+    files = file_names([made.name for made in p.scene.materials])
+    for row in p.fluorescent:
+        p.kept.image(f"E_D {files[row]}", direct.light[row])
+        p.kept.image(f"E_I {files[row]}", light_i[row])
     y5, y6 = mutual_illumination(p, repeat, objects, views, spare)
     y3 = indirect_reflection(everything.image, direct.image)
     return np.stack([source.image, direct.image, y2, y3, y4, y5, y6], dtype=np.float32, casting="same_kind")
