@@ -108,6 +108,9 @@ def main() -> None:
     header = "".join(f"{name:>9}" for name in ("mean", "rms", "worst", "total", "seconds"))
     alone, material = with_one_fluorescent(scene)
     print(f"{'count':>6}{header}   {material} alone, to the last count: rms / mean")
+    excluded = True if args.exclude == [] else args.exclude
+    glowing = {s.name for s in alone.surfaces if alone.materials[s.front].fluorescent}
+    excluded_alone = excluded if isinstance(excluded, bool) else sorted(glowing & set(excluded))
     before = None
     for count in args.counts:
         # the emitters of walls vary in a room, those of the object in a scene with a mesh
@@ -117,7 +120,7 @@ def main() -> None:
             emitters=walls,
             patches=patches,
             mode=args.mode,
-            exclude_emitter_geometry=True if args.exclude == [] else args.exclude,
+            exclude_emitter_geometry=excluded,
             patch_samples=samples,
         )
         began = time.perf_counter()
@@ -129,7 +132,13 @@ def main() -> None:
         whole = blocks(both[0], valid)[:, band].mean() / blocks(both[1], valid)[:, band].mean() - 1
         step = ""
         one = (
-            render(alone, wavelengths=grid, method="staged", seed=2, staged=options)
+            render(
+                alone,
+                wavelengths=grid,
+                method="staged",
+                seed=2,
+                staged=replace(options, exclude_emitter_geometry=excluded_alone),
+            )
             .component(name)
             .values.astype(float)
         )

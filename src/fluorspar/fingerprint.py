@@ -50,6 +50,7 @@ def fingerprint(job: RenderJob) -> dict[str, str] | None:
         "Mitsuba": version("mitsuba"),
         "variant": job.variant,
         "size": f"{settings.width} x {settings.height}",
+        "camera": str(settings.viewpoint or "the scene's"),
         "samples": str(settings.spp),
         "max_depth": str(settings.max_depth),
         "rr_depth": str(settings.rr_depth),

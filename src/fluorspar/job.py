@@ -16,11 +16,14 @@ from fluorspar.bispectral.excitation import excitation_grid
 from fluorspar.bispectral.material import Material
 from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.stated import METHODS
+from fluorspar.scene.camera import seen_from
 from fluorspar.scene.loading import load_scene
+from fluorspar.scene.relit import LightSetting, in_words, relit
 from fluorspar.scene.sample_sets import error_freedom
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import TRACE_VARIANTS, fastest_variant
+from fluorspar.scene.viewpoint import ViewpointSetting
 from fluorspar.spectral.light import light_on
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.until import Until
@@ -59,6 +62,8 @@ class RenderJob:
         Default: all cores this process may use.
     options : StagedOptions, optional
         Options of the method: only the staged one has any.
+    changed_lights : mapping
+        What its lights were given instead of their spectra in the scene file, in words.
     relit : mapping
         What was changed in the scene since its light paths were traced, in words.
     until : Until, optional
@@ -88,6 +93,7 @@ class RenderJob:
     variant: str = "auto"
     threads: int | None = None
     options: Any = None
+    changed_lights: Mapping[str, Any] = field(default_factory=dict)
     relit: Mapping[str, Any] = field(default_factory=dict)
     until: Until | None = None
     stream: int = 0
@@ -153,9 +159,12 @@ class RenderJob:
         spp: int | None = None,
         max_depth: int | None = None,
         rr_depth: int | None = None,
+        camera: ViewpointSetting | None = None,
+        lights: Mapping[str, LightSetting] | None = None,
+        same_luminance: bool = False,
         **others: Any,
     ) -> RenderJob:
-        """Read scene, grid and size in all the forms that `fluorspar.render` takes; see there."""
+        """Read scene, grid, size, camera and lights in all the forms that `fluorspar.render` takes; see there."""
         width, height = _pair(size)
         grid = read_grid(wavelengths)
         if not isinstance(scene, Scene):
@@ -167,7 +176,12 @@ class RenderJob:
         scene = scene.with_settings(
             spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth
         )
-        return cls(scene, grid, **others)
+        if camera is not None:
+            scene = seen_from(scene, camera)
+        scene = relit(scene, lights=lights, same_luminance=same_luminance)
+        alike = " (same luminance)" if same_luminance else ""
+        said = {key: f"{in_words(given)}{alike}" for key, given in (lights or {}).items()}
+        return cls(scene, grid, changed_lights=said, **others)
 
     @cached_property
     def computed_grid(self) -> Wavelengths:
@@ -211,6 +225,8 @@ class RenderJob:
             "excitation": f"{computed.start:g}:{computed.stop:g}:{computed.step:g}",
             "scene": self.scene.name,
             "parameters": dict(self.scene.parameters) or None,
+            "camera": None if settings.viewpoint is None else str(settings.viewpoint),
+            "lights": dict(self.changed_lights) or None,
             "materials": self.scene.used,
             "relit": dict(self.relit) or None,
         }

@@ -16,7 +16,9 @@ from fluorspar.image.pixels import check_streamed
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.progress import Progress, shown
+from fluorspar.scene.relit import LightSetting
 from fluorspar.scene.scene import Scene
+from fluorspar.scene.viewpoint import ViewpointSetting
 from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.until import Until
 
@@ -42,6 +44,9 @@ def render(
     max_depth: int | None = None,
     rr_depth: int | None = None,
     materials: Mapping[str, str | Path | Material] | None = None,
+    camera: ViewpointSetting | None = None,
+    lights: Mapping[str, LightSetting] | None = None,
+    same_luminance: bool = False,
     stokes: Stokes = "half",
     excitation: str = "full",
     component_errors: bool = False,
@@ -78,6 +83,13 @@ def render(
         As in Mitsuba (2 is direct light only, -1 unlimited); default: the scene's.
     materials : mapping of str to str, path or Material, optional
         Materials from outside, by shape or BSDF id, for a scene that is not loaded yet.
+    camera : Viewpoint, str or mapping, optional
+        Another place, target or field of view of the camera, as a `fluorspar.scene.viewpoint.Viewpoint`, a dict of the
+        same names, or text: `"origin=278,273,-400 target=278,100,280 fov=60"`. What is left out stays.
+    lights : mapping of str to str, path, Spectrum, float or (spectrum, float), optional
+        Other spectra of the lights, by the id of the light or of its shape, see `LightPaths.image`.
+    same_luminance : bool
+        Give files and spectra of `lights` the luminance of the light they replace, as illuminants always get it.
     stokes : str
         `"half"`: excitation at the emission wavelength itself counts half (trapezoid rule); `"strict"`: not at
         all (Eq. 1 of the paper to the letter).
@@ -150,12 +162,18 @@ def render(
     >>> image = render("cornell-box", size=(16, 16), spp=4, wavelengths="400:700:20")
     >>> image.dataset.radiance.shape
     (7, 16, 16, 16)
+    >>> near = render("cornell-box", size=(16, 16), spp=4, camera="fov=20", lights={"light": "A"})
+    >>> near.attrs["camera"], near.attrs["lights"]
+    ('fov=20', {'light': 'A'})
     """
     if more_samples is not None:
         _check_more(spp=spp, until=until)
     job = RenderJob.of(
         scene,
         materials=materials,
+        camera=camera,
+        lights=lights,
+        same_luminance=same_luminance,
         wavelengths=wavelengths,
         size=size,
         spp=spp if more_samples is None else more_samples,
@@ -273,6 +291,9 @@ def trace(
     max_depth: int | None = None,
     rr_depth: int | None = None,
     materials: Mapping[str, str | Path | Material] | None = None,
+    camera: ViewpointSetting | None = None,
+    lights: Mapping[str, LightSetting] | None = None,
+    same_luminance: bool = False,
     excitation: str = "full",
     variant: str = "auto",
     threads: int | None = None,
@@ -284,7 +305,7 @@ def trace(
 
     Parameters
     ----------
-    scene, spp, seed, size, max_depth, rr_depth, materials, excitation, variant, threads
+    scene, spp, seed, size, max_depth, rr_depth, materials, camera, lights, same_luminance, excitation, variant, threads
         See `render`.
     wavelengths : Wavelengths, str or array_like of shape (N,), optional
         Grid of the images, see `render`. The paths hold no wavelength, and images on other grids are as right, but
@@ -319,6 +340,9 @@ def trace(
     job = RenderJob.of(
         scene,
         materials=materials,
+        camera=camera,
+        lights=lights,
+        same_luminance=same_luminance,
         wavelengths=wavelengths,
         size=size,
         spp=spp,

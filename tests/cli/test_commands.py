@@ -52,6 +52,28 @@ class TestRender:
         assert pictures == {*COMPONENTS, "total", "components"}
         assert not [name for name in fluorspar.files() if name.endswith(".tmp")]
 
+    def test_another_camera_and_lamp(self, fluorspar: CommandLine) -> None:
+        """Expected: `info` says both, and what it says of the camera can be given again; `trace` takes them too."""
+        fluorspar.write("scene.xml", GOOD)
+        changes = ("--camera", "origin=0, 0, 4 fov=50", "--light", "sky=Ax0.5")
+        assert fluorspar("render", "scene.xml", *QUICK, *changes, "-o", "a.nc").code == 0
+        said = fluorspar("info", "a.nc").out
+        camera = "origin=0,0,4 target=0,0,3 up=0,1,0 fov=50"
+        assert re.search(rf"camera: +{camera}$", said, re.MULTILINE)
+        assert "{'sky': 'A x 0.5'}" in said
+        again = ("--camera", camera, "--light", "sky=Ax0.5")
+        assert fluorspar("trace", "scene.xml", *QUICK, *again, "-o", "a.paths").code == 0
+        assert fluorspar("relight", "a.paths", "-o", "b.nc").code == 0
+        with SpectralImage.open("a.nc") as rendered, SpectralImage.open("b.nc") as relit:
+            np.testing.assert_array_equal(rendered.dataset.radiance, relit.dataset.radiance)
+            assert rendered.attrs["camera"] == relit.attrs["camera"]
+        assert fluorspar.refuses(GOOD, "--camera", "position=0,0,4").says(
+            "a camera has no 'position'", "where: the camera", "origin=X,Y,Z"
+        )
+        assert fluorspar.refuses(GOOD, "--light", "sun=A").says("there is no light 'sun'", "one of sky")
+        fluorspar.write("old.png", "wavelength,value")
+        assert fluorspar.refuses(GOOD, "--light", "sky=old.png").says("old.png")
+
     def test_replaces_old_files(self, fluorspar: CommandLine) -> None:
         assert fluorspar.render(GOOD).code == 0
         assert OLD not in fluorspar.files().values()

@@ -31,7 +31,7 @@ def test_objects_are_excluded_by_id(fluorspar: CommandLine) -> None:
         with SpectralImage.open("old.nc") as image:
             assert image.attrs["excluded_emitter_geometry"] == ["ball"]
     refused = fluorspar.refuses(PAINTED, *STAGED, "--exclude-emitter-geometry", "bal")
-    assert refused.says("'bal' is no fluorescent shape", "one of ball", "did you mean 'ball'")
+    assert refused.says("'bal' is no fluorescent shape", "one of ball", "did you mean ball")
 
 
 def test_too_few_samples_for_the_repeats(fluorspar: CommandLine) -> None:

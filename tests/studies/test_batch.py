@@ -225,6 +225,36 @@ class TestAgain:
         assert counted["render_job"] == 6
 
 
+class TestCameras:
+    def test_each_row_has_its_own(self, counted: dict[str, int]) -> None:
+        """Expected: the images of `render`, bit for bit, of rows that share light paths and of others; lamps too where
+        none are kept."""
+        cameras = ["fov=20", {"origin": (278, 273, -400)}]
+        rows = [
+            {"camera": "fov=20"},
+            {"camera": "fov=20", "light.light": "A"},
+            {"camera": "origin=278,273,-400"},
+            {"camera": "fov=20", "light.light": "A", "method": "staged"},
+        ]
+        index = batch({"render": QUICK, "rows": rows, "output": "{number}.nc"})
+        assert statuses(index) == ["done"] * 4
+        assert counted == {"trace_job": 1, "render_job": 2, "whole_image": 2}
+        options = {"size": (8, 8), "spp": 4, "wavelengths": GRID, "variant": "llvm"}
+        for number, camera in ((1, cameras[0]), (3, cameras[1])):
+            expected = fluorspar.render("cornell-box", camera=camera, **options)
+            np.testing.assert_array_equal(radiance(f"{number}.nc"), expected.dataset.radiance)
+        staged = fluorspar.render(
+            "cornell-box", camera=cameras[0], lights={"light": "A"}, method="staged", **options
+        )
+        np.testing.assert_array_equal(radiance("4.nc"), staged.dataset.radiance)
+        with SpectralImage.open("2.nc") as image:
+            assert image.attrs["camera"] == "fov=20"
+
+    def test_one_that_is_none_is_refused(self) -> None:
+        with pytest.raises(OptionError, match="camera"):
+            batch({"render": QUICK, "product": {"camera": ["fov=20", "place=1,2,3"]}})
+
+
 class TestFaults:
     def test_one_bad_row_is_no_harm_to_the_others(self, counted: dict[str, int]) -> None:
         rows = [
@@ -234,7 +264,7 @@ class TestFaults:
             {"material.left-wall": "no-paint"},
             {"wavelengths": "700:400:20"},
             {"scene": "no-scene.xml"},
-            {"until": "error=1%", "light.light": "A"},
+            {"until": "error=1%", "concentration.left-wall": 0.5},
             {"method": "staged", "concentration.left-wall": 0.5},
             {"light.light": "D65"},
         ]

@@ -18,6 +18,7 @@ from fluorspar.scene.settings_text import light_of
 
 __all__ = [
     "GridOption",
+    "LightOption",
     "PathsArgument",
     "SameLuminanceOption",
     "TracedExcitationOption",
@@ -35,6 +36,16 @@ Setting = TypeVar("Setting")
 
 PathsArgument: TypeAlias = Annotated[
     Path, typer.Argument(metavar="PATHS", help="A file of light paths, written by 'fluorspar trace'.")
+]
+
+LightOption: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="ID=NAME|FILE|FACTOR",
+        help="Give a light another spectrum, or multiply it, or both: ID=NAMExFACTOR, such as lamp=FL11x0.5. By "
+        "the id of the light or of its shape. An illuminant gets the luminance of the light it replaces. "
+        "May be repeated.",
+    ),
 ]
 
 SameLuminanceOption: TypeAlias = Annotated[

@@ -10,6 +10,7 @@ from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
 from fluorspar.cli.changes import (
     GridOption,
+    LightOption,
     PathsArgument,
     SameLuminanceOption,
     TracedExcitationOption,
@@ -44,15 +45,7 @@ _EXAMPLES = """Examples:
 def relight(
     paths: PathsArgument,
     output: ImagesOption,
-    light: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="ID=NAME|FILE|FACTOR",
-            help="Give a light another spectrum, or multiply it, or both: ID=NAMExFACTOR, such as lamp=FL11x0.5. By "
-            "the id of the light or of its shape. An illuminant gets the luminance of the light it replaces. "
-            "May be repeated.",
-        ),
-    ] = None,
+    light: LightOption = None,
     material: Annotated[
         list[str] | None,
         typer.Option(

@@ -11,6 +11,7 @@ import typer
 from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
 from fluorspar.cli.blender_option import BlenderOption, chosen_renderer
+from fluorspar.cli.changes import LightOption, SameLuminanceOption, files_named, light_of, settings
 from fluorspar.cli.options import (
     ComponentErrorsOption,
     DenoiseOption,
@@ -38,6 +39,7 @@ from fluorspar.cli.scene_options import (
     SizeOption,
     SppOption,
     VariantOption,
+    ViewpointOption,
     WavelengthsOption,
     scene_to_trace,
 )
@@ -55,6 +57,8 @@ _EXAMPLES = """Examples:
   fluorspar render cornell-box --spp 16 --denoise -o box.nc -o box.png
 
   fluorspar render room.xml --size 640x480 --spp 256 --wavelengths 300:780:5 --material left-wall=poster-red -o room.nc
+
+  fluorspar render cornell-box --camera "origin=278,273,-400 fov=60" --light light=A -o evening.nc -o evening.png
 
   fluorspar render room.xml --until error=1% --max-time 10m -o room.nc
 
@@ -85,6 +89,9 @@ def render(
     rr_depth: RrDepthOption = None,
     matte: MatteOption = False,
     sensor: SensorOption = None,
+    camera: ViewpointOption = None,
+    light: LightOption = None,
+    same_luminance: SameLuminanceOption = False,
     stokes: StokesOption = "half",
     component_errors: ComponentErrorsOption = False,
     until: Annotated[
@@ -177,7 +184,8 @@ def render(
         keep_intermediate=keep_intermediate,
         repeats=repeats,
     )
-    check_images(output, pictures, (scene, mesh))
+    lights = settings(light, "--light", light_of)
+    check_images(output, pictures, (scene, mesh, *files_named(lights, {}, [])))
     if denoise:
         check_extra("denoise")
     streamed = None if denoise else stream_target(output)
@@ -201,6 +209,9 @@ def render(
             size=size_of(size),
             wavelengths=wavelengths,
             excitation=excitation,
+            camera=camera,
+            lights=lights,
+            same_luminance=same_luminance,
             method=method,
             max_depth=max_depth,
             rr_depth=rr_depth,

@@ -29,6 +29,7 @@ __all__ = [
     "SizeOption",
     "SppOption",
     "VariantOption",
+    "ViewpointOption",
     "WavelengthsOption",
     "mesh_parameter",
     "scene_to_trace",
@@ -87,6 +88,14 @@ MatteOption: TypeAlias = Annotated[
 SensorOption: TypeAlias = Annotated[
     str | None,
     typer.Option(metavar="N|ID", help="Number, from 0, or id of the sensor. [default: the first]"),
+]
+
+ViewpointOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="'origin=X,Y,Z target=X,Y,Z up=X,Y,Z fov=DEGREES'",
+        help="Move the camera; what is left out stays: the direction it looks in, what is upwards, its field of view.",
+    ),
 ]
 
 VariantOption: TypeAlias = Annotated[

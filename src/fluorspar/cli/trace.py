@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
+from fluorspar.cli.changes import LightOption, SameLuminanceOption, files_named, light_of, settings
 from fluorspar.cli.options import (
     ExcitationOption,
     LibraryOption,
@@ -28,6 +29,7 @@ from fluorspar.cli.scene_options import (
     SizeOption,
     SppOption,
     VariantOption,
+    ViewpointOption,
     WavelengthsOption,
     scene_to_trace,
 )
@@ -58,6 +60,9 @@ def trace(
     rr_depth: RrDepthOption = None,
     matte: MatteOption = False,
     sensor: SensorOption = None,
+    camera: ViewpointOption = None,
+    light: LightOption = None,
+    same_luminance: SameLuminanceOption = False,
     resume: ResumeOption = False,
     variant: VariantOption = "auto",
     threads: ThreadsOption = None,
@@ -69,7 +74,8 @@ def trace(
     from fluorspar.paths.paths_file import SUFFIX
     from fluorspar.rendering import trace as trace_scene
 
-    check_files([output], (SUFFIX,), (scene, mesh))
+    lights = settings(light, "--light", light_of)
+    check_files([output], (SUFFIX,), (scene, mesh, *files_named(lights, {}, [])))
     loaded = scene_to_trace(
         scene, material=material, library=library, define=define, matte=matte, sensor=sensor, mesh=mesh
     )
@@ -81,6 +87,9 @@ def trace(
             size=size_of(size),
             wavelengths=wavelengths,
             excitation=excitation,
+            camera=camera,
+            lights=lights,
+            same_luminance=same_luminance,
             max_depth=max_depth,
             rr_depth=rr_depth,
             variant=variant,
@@ -91,8 +100,8 @@ def trace(
         )
     console.out.print(str(paths), markup=False, highlight=False)
     say_written(output)
-    settings = paths.job.scene.settings
-    if paths.pixels < settings.width * settings.height:
+    traced = paths.job.scene.settings
+    if paths.pixels < traced.width * traced.height:
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
 
 

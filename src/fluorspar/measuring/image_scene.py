@@ -8,9 +8,10 @@ from typing import Any
 
 from fluorspar.errors import OptionError, message
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.stated import METHODS
 from fluorspar.scene.scene import Scene
 
-__all__ = ["built_in_scene", "given_scene", "scene_of"]
+__all__ = ["as_seen", "built_in_scene", "given_scene", "scene_of"]
 
 
 def given_scene(scene: Scene | str | Path | None) -> Scene | None:
@@ -55,6 +56,21 @@ def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
     return built_in_scene(image.attrs, required=required)
 
 
+def as_seen(scene: Scene, attrs: Mapping[str, Any]) -> Scene:
+    """Move the camera of a scene to where it stood for an image with these attributes.
+
+    Examples
+    --------
+    >>> scene = built_in_scene({"scene": "cornell-box"})
+    >>> print(as_seen(scene, {"method": "paths", "camera": "fov=20"}).settings.viewpoint)
+    fov=20
+    """
+    from fluorspar.scene.camera import seen_from
+
+    moved = "camera" in attrs and attrs.get("method") in METHODS
+    return seen_from(scene, str(attrs["camera"])) if moved else scene
+
+
 def built_in_scene(attrs: Mapping[str, Any], *, required: bool = False) -> Scene | None:
     """Load the built-in scene that the attributes of an image, or of the job that makes it, name; see `scene_of`.
 
@@ -80,7 +96,7 @@ def built_in_scene(attrs: Mapping[str, Any], *, required: bool = False) -> Scene
                     fix=f"put it back, or load the scene with its place: parameters (--scene {name} -D mesh=FILE)",
                 )
             )
-        return load_scene(name, parameters=parameters)
+        return as_seen(load_scene(name, parameters=parameters), attrs)
     if required:
         raise OptionError(
             message(

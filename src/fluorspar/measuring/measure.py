@@ -18,7 +18,7 @@ from fluorspar.image.components import select
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, is_denoised, unit_of_image
 from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
-from fluorspar.measuring.image_scene import given_scene, scene_of
+from fluorspar.measuring.image_scene import as_seen, given_scene, scene_of
 from fluorspar.measuring.mean_spectrum import mean_spectrum
 from fluorspar.measuring.options import text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
@@ -164,7 +164,7 @@ def _seen(
         from fluorspar.scene.camera import camera_of
 
         width, height = image.size
-        scene = scene.with_settings(width=width, height=height)
+        scene = as_seen(scene.with_settings(width=width, height=height), image.attrs)
         matrix = camera_of(scene).matrix
         if in_scene:
             pixels[in_scene] = visible_pixels(scene, [points[p] for p in in_scene])

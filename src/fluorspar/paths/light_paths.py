@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from fluorspar.bispectral.donaldson import Stokes
@@ -34,12 +33,12 @@ from fluorspar.paths.resuming import look_for, say_unfinished
 from fluorspar.paths.sweeping.gpu import chunk_on_gpu, sweeps_on_gpu
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.lights import Light
-from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, light_ids, relit
+from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, in_words, light_ids, relit
 from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import usable_cores
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["LightPaths", "in_words", "load_paths", "trace_job"]
+__all__ = ["LightPaths", "load_paths", "trace_job"]
 
 # Bytes of unpacked paths that are kept for the next image, in memory or in that of a GPU.
 _HELD, _HELD_ON_GPU = 512 * 2**20, 2 * 2**30
@@ -411,14 +410,3 @@ def _trace(
         if done < pixels:
             text = f"interrupted: the paths of {done} of {pixels} pixels are kept"
             warnings.warn(text, FluorsparWarning, stacklevel=4)
-
-
-def in_words(given: Any) -> Any:
-    """What a light, material or concentration was changed to, for the attributes of an image."""
-    if isinstance(given, tuple):
-        return " x ".join(str(in_words(part)) for part in given)
-    if isinstance(given, int | float | str):
-        return given
-    if isinstance(given, np.generic):
-        return given.item()
-    return str(getattr(given, "name", given)) or "a spectrum"

@@ -36,7 +36,7 @@ SUFFIX = ".paths"
 
 _FORMAT, _VERSION = "fluorspar light paths", 2
 _BYTES_A_SAMPLE = 24  # at the least, for the check of free space
-_JOB = ("seed", "stokes", "excitation", "component_errors", "variant", "threads")
+_JOB = ("seed", "stokes", "excitation", "component_errors", "variant", "threads", "changed_lights")
 _SCENE = ("materials", "lights", "surfaces", "settings", "lobes")
 _PLACE = ("first_pixel", "pixels", "spp")
 _RECIPE = ("name", "parameters", "matte", "library", "sensor", "folder")

@@ -5,19 +5,20 @@ Eq. 15 is that of Tominaga, Guarnera, Ohtera, IEEE TVCG 2026, doi 10.1109/TVCG.2
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fluorspar.errors import SceneError, message
+from fluorspar.errors import OptionError, SceneError, message
 from fluorspar.scene.nodes import build, copy_nodes, resolving
 from fluorspar.scene.photograph import Projection
 from fluorspar.scene.scene import Scene
-from fluorspar.scene.sensor import sensor_node, set_film
+from fluorspar.scene.sensor import sensor_node, set_camera, to_world_of
 from fluorspar.scene.variants import SPECTRUM_VARIANT, use_variant
+from fluorspar.scene.viewpoint import Viewpoint, ViewpointSetting
 
-__all__ = ["Camera", "camera_of"]
+__all__ = ["Camera", "camera_of", "seen_from"]
 
 Array = NDArray[np.float64]
 
@@ -91,7 +92,7 @@ def camera_of(scene: Scene) -> Camera:
     with use_variant(SPECTRUM_VARIANT), resolving(*scene.folders):
         import mitsuba as mi
 
-        set_film(state, scene.settings)
+        set_camera(state, scene.settings)
         sensor = build(state, index)
         values = mi.traverse(sensor)
         size = np.array(sensor.film().size(), dtype=np.float64)
@@ -111,3 +112,43 @@ def camera_of(scene: Scene) -> Camera:
         ]
     )
     return Camera(intrinsic @ np.linalg.inv(to_world)[:3], scene.settings.width, scene.settings.height)
+
+
+def seen_from(scene: Scene, camera: ViewpointSetting) -> Scene:
+    """Copy a scene whose camera stands elsewhere, or sees less or more.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Viewpoint, str or mapping
+        What changes: `origin`, `target`, `up`, `fov`; as text `"origin=278,273,-400 target=278,100,280 fov=60"`. The
+        kind of the camera, its lens, its distance of focus and its film stay.
+
+    Raises
+    ------
+    OptionError
+        If it is not readable or impossible.
+    SceneError
+        If the scene holds no geometry, because its light paths are from a file.
+
+    Examples
+    --------
+    >>> from fluorspar.scene.loading import load_scene
+    >>> near = seen_from(load_scene("cornell-box"), "origin=278,273,-400 target=278,273,280")
+    >>> camera_of(near).project([278, 273, 0])
+    array([256., 256.])
+    """
+    viewpoint, before = Viewpoint.of(camera), scene.settings.viewpoint
+    props = scene.nodes.nodes[sensor_node(scene.nodes)].props
+    if viewpoint.fov is not None and props.plugin_name() == "orthographic":
+        fix = "leave fov out; the scale of its to_world says how much it sees"
+        raise OptionError(message("an orthographic camera has no fov", got=viewpoint, fix=fix))
+    with use_variant(SPECTRUM_VARIANT):
+        to_world = to_world_of(props)
+    if before is not None:
+        to_world = before.to_world(to_world)
+    whole = viewpoint.completed(to_world)
+    if before is not None:  # what was changed before and is not now
+        kept = {name: getattr(before, name) for name, value in vars(whole).items() if value is None}
+        whole = replace(whole, **kept)
+    return scene.with_settings(viewpoint=whole)

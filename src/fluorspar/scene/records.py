@@ -23,6 +23,7 @@ from fluorspar.scene.lobes.lobe import DyeMap, Lobe, Lobes, Texture
 from fluorspar.scene.lobes.rows import Coated, Luminescence, Metal, Operated, Reflection
 from fluorspar.scene.settings import Settings
 from fluorspar.scene.surfaces import Surface
+from fluorspar.scene.viewpoint import Viewpoint
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -48,6 +49,7 @@ _CLASSES: dict[str, type[Any]] = {
         Spectrum,
         Surface,
         Texture,
+        Viewpoint,
         Wavelengths,
     )
 }

@@ -31,7 +31,7 @@ from fluorspar.spectral.light import sampled_or_averaged
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["LightSetting", "MaterialSetting", "exchangeable", "light_ids", "relit"]
+__all__ = ["LightSetting", "MaterialSetting", "exchangeable", "in_words", "light_ids", "relit"]
 
 LightSetting: TypeAlias = str | os.PathLike[str] | Spectrum | float | tuple[Any, float]
 """What a light may be given: a name or file, a spectrum, a factor, or one of the first two and a factor."""
@@ -393,3 +393,14 @@ def _known(key: str, rows: Mapping[str, int], what: str) -> int:
 
 def _listed(ids: Any) -> str:
     return ", ".join(dict.fromkeys(name for names in ids for name in names[-1:])) or "(they have no ids)"
+
+
+def in_words(given: Any) -> Any:
+    """What a light, material or concentration was changed to, for the attributes of an image."""
+    if isinstance(given, tuple):
+        return " x ".join(str(in_words(part)) for part in given)
+    if isinstance(given, int | float | str):
+        return given
+    if isinstance(given, np.generic):
+        return given.item()
+    return str(getattr(given, "name", given)) or "a spectrum"

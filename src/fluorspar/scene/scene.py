@@ -18,6 +18,7 @@ from fluorspar.scene.lobes.lobe import Lobes
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.settings import Settings
 from fluorspar.scene.surfaces import Surface
+from fluorspar.scene.viewpoint import Viewpoint
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["Scene"]
@@ -126,7 +127,8 @@ class Scene:
         """
         import mitsuba as mi
 
-        key = make, mi.variant(), self.settings.width, self.settings.height
+        settings = self.settings
+        key = make, mi.variant(), settings.width, settings.height, settings.viewpoint
         return self._nodes.made(key, lambda: make(self))
 
     def carried(self) -> Scene:
@@ -208,7 +210,7 @@ class Scene:
             if any(part is material for _, part in self.lobes.parts(surface.node))
         )
 
-    def with_settings(self, **changes: int | None) -> Scene:
+    def with_settings(self, **changes: int | Viewpoint | None) -> Scene:
         """Copy the scene with some settings changed; None leaves a setting as it is."""
         return replace(
             self, settings=replace(self.settings, **{k: v for k, v in changes.items() if v is not None})

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fluorspar.errors import OptionError, SceneError, message
 from fluorspar.scene.nodes import children, kind, label
 from fluorspar.scene.settings import Settings
 from fluorspar.scene.suggestion import did_you_mean
+from fluorspar.scene.viewpoint import Viewpoint
 
-__all__ = ["choose_sensor", "film_node", "sampler_node", "sensor_node", "set_film"]
+__all__ = ["choose_sensor", "film_node", "sampler_node", "sensor_node", "set_camera", "to_world_of"]
 
 
 def sensor_node(state: Any) -> int:
@@ -85,11 +89,16 @@ def sampler_node(state: Any) -> int | None:
     )
 
 
-def set_film(state: Any, settings: Settings) -> None:
-    """Give the film the size that is asked for, and a box filter, for a film without a filter has a Gaussian."""
+def set_camera(state: Any, settings: Settings) -> None:
+    """Move the camera to where it is asked for, and give its film the size that is asked for and a box filter.
+
+    A film without a filter has a Gaussian.
+    """
     import mitsuba as mi
 
     film, sensor = film_node(state), sensor_node(state)
+    if settings.viewpoint is not None:
+        _move(state.nodes[sensor].props, settings.viewpoint)
     if "srf" in state.nodes[sensor].props:
         del state.nodes[sensor].props["srf"]  # images hold radiance, not what a camera makes of it
     size = {"width": settings.width, "height": settings.height}
@@ -115,6 +124,21 @@ def set_film(state: Any, settings: Settings) -> None:
                 fix="remove the crop window from the scene file, or leave out the size",
             )
         )
+
+
+def to_world_of(props: Any) -> NDArray[np.float64]:
+    """The matrix of a sensor as the scene gives it, (4, 4): it looks along z, y is upwards."""
+    return np.array(props["to_world"].matrix, dtype=np.float64) if "to_world" in props else np.eye(4)
+
+
+def _move(props: Any, viewpoint: Viewpoint) -> None:
+    import mitsuba as mi
+
+    props["to_world"] = mi.ScalarAffineTransform4d(viewpoint.to_world(to_world_of(props)))
+    if viewpoint.fov is not None:
+        if "focal_length" in props:
+            del props["focal_length"]
+        props["fov"] = viewpoint.fov
 
 
 def _keep(props: Any, names: tuple[str, ...]) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fluorspar.errors import OptionError, message
+from fluorspar.scene.viewpoint import Viewpoint
 
 __all__ = ["MOST_SAMPLES", "UNLIMITED", "Settings", "whole"]
 
@@ -49,6 +50,8 @@ class Settings:
         As in Mitsuba: 1 is visible lights only, 2 adds direct light, -1 is unlimited.
     rr_depth : int
         Depth from which Russian roulette may end a path.
+    viewpoint : Viewpoint, optional
+        Where the camera stands instead, see `fluorspar.scene.camera.seen_from`.
     """
 
     width: int
@@ -56,6 +59,7 @@ class Settings:
     spp: int
     max_depth: int = UNLIMITED
     rr_depth: int = 5
+    viewpoint: Viewpoint | None = None
 
     def __post_init__(self) -> None:
         for name, low, high in (

@@ -9,7 +9,7 @@ from math import prod
 from typing import Any
 
 from fluorspar.errors import OptionError, message
-from fluorspar.paths.light_paths import in_words
+from fluorspar.scene.relit import in_words
 
 __all__ = ["Axis", "axes_of", "count_combinations", "in_order"]
 

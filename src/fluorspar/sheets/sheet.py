@@ -23,7 +23,7 @@ from fluorspar.image.display.appearance import auto_exposure, show, xyz_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import read_grid
 from fluorspar.measuring.aperture import Aperture
-from fluorspar.measuring.image_scene import built_in_scene, given_scene
+from fluorspar.measuring.image_scene import as_seen, built_in_scene, given_scene
 from fluorspar.measuring.measure import measure
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point, points_of
@@ -200,6 +200,7 @@ class _Meter:
             needed = bool(in_scene) or (aperture is not None and aperture.unit == "deg")
             seen_by = built_in_scene(paths.job.attrs, required=needed)
         if in_scene and seen_by is not None:
+            seen_by = as_seen(seen_by, paths.job.attrs)
             seen_by = seen_by.with_settings(width=settings.width, height=settings.height)
             at = dict(zip([p.name for p in in_scene], visible_pixels(seen_by, in_scene) - 0.5, strict=True))
             given = tuple(

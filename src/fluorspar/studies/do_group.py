@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
 from fluorspar.files.memory import available_memory
@@ -47,6 +48,7 @@ _OF_JOB = (
     "component_errors",
     "variant",
     "spp",
+    "camera",
 )
 _OF_IMAGE = ("wavelengths", "stokes", "excitation", "component_errors")
 _SAMPLE = 60  # bytes of light paths, at the most of what was seen
@@ -170,12 +172,17 @@ def _source(group: Group, threads: int | None, report: Progress) -> Iterator[Sce
             file.unlink(missing_ok=True)
 
 
-def _job(scene: Scene, settings: Mapping[str, Value], threads: int | None) -> RenderJob:
+def _lights(settings: Mapping[str, Value]) -> dict[str, Any]:
+    return {key: light_of(str(value)) for key, value in ids_of(settings, "light").items()}
+
+
+def _job(scene: Scene, settings: Mapping[str, Value], threads: int | None, **others: Any) -> RenderJob:
     return RenderJob.of(
         scene,
         size=size_of(settings.get("size")),  # type: ignore[arg-type]
         until=Until.parse(settings.get("until"), settings.get("max_time")),  # type: ignore[arg-type]
         threads=threads,
+        **others,
         **{name: settings[name] for name in _OF_JOB if name in settings},  # type: ignore[arg-type]
     )
 
@@ -206,7 +213,7 @@ def _attempt(
                 report,
                 output=stream,
                 library=_library(settings),
-                lights={key: light_of(str(value)) for key, value in ids_of(settings, "light").items()},
+                lights=_lights(settings),
                 materials=given,
                 concentration=ids_of(settings, "concentration"),
                 same_luminance=bool(settings.get("same_luminance", False)),
@@ -214,7 +221,8 @@ def _attempt(
             )
         else:
             _check_rendered(row)
-            image = render_job(_job(source, settings, threads), output=stream, progress=report)
+            lit = {"lights": _lights(settings), "same_luminance": bool(settings.get("same_luminance", False))}
+            image = render_job(_job(source, settings, threads, **lit), output=stream, progress=report)
             if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
                 raise KeyboardInterrupt
         if settings.get("denoise"):
@@ -263,7 +271,7 @@ def _seen(source: Scene | LightPaths, materials: Mapping[str, Value], settings: 
 def _check_rendered(row: Row) -> None:
     """Refuse what only light paths can be given, of a row that none are traced for."""
     for key in row.settings:
-        if key.partition(".")[0] in ("light", "concentration"):
+        if key.partition(".")[0] == "concentration":
             got = "until" if "until" in row.settings else "method = staged"
             fix = "leave one of the two out, or change the scene file"
             raise OptionError(message(f"'{key}' needs light paths that are kept", got=got, fix=fix))

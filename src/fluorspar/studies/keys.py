@@ -11,6 +11,7 @@ import numpy as np
 from fluorspar.errors import OptionError, message
 from fluorspar.scene.settings_text import size_of
 from fluorspar.scene.suggestion import did_you_mean
+from fluorspar.scene.viewpoint import Viewpoint
 
 __all__ = ["KINDS", "OPTIONS", "Value", "check_key", "ids_of", "read_value"]
 
@@ -124,6 +125,10 @@ def _size(given: object) -> str:
     return _text(given)
 
 
+def _camera(given: object) -> str:
+    return str(Viewpoint.of(_text(given)))
+
+
 _TEXT, _WHOLE, _YES = ("a text", _text), ("a whole number", _whole), ("true or false", _yes)
 
 _READERS: Mapping[str, tuple[str, Callable[[object], Value]]] = {
@@ -139,6 +144,7 @@ _READERS: Mapping[str, tuple[str, Callable[[object], Value]]] = {
     "rr_depth": _WHOLE,
     "matte": _YES,
     "sensor": ("a number, or the id of a sensor", _scalar),
+    "camera": ('"origin=X,Y,Z target=X,Y,Z up=X,Y,Z fov=DEGREES", or some of these', _camera),
     "component_errors": _YES,
     "until": _TEXT,
     "max_time": ("a time, such as 90s", _scalar),

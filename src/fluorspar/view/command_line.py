@@ -95,6 +95,7 @@ def _traced_with(source: Source) -> list[str]:
     settings, grid = job.scene.settings, job.grid
     words = ["--size", f"{settings.width}x{settings.height}", "--spp", str(settings.spp)]
     words += ["--wavelengths", f"{grid.start:g}:{grid.stop:g}:{grid.step:g}"]
+    words += [] if settings.viewpoint is None else ["--camera", str(settings.viewpoint)]
     words += [word for folder in job.scene.recipe.library for word in ("--library", str(folder))]
     return words + [word for key, value in job.scene.parameters.items() for word in ("-D", f"{key}={value}")]
 

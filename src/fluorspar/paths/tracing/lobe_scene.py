@@ -17,7 +17,7 @@ from fluorspar.scene.lobes.pictures import build_picture
 from fluorspar.scene.lobes.probes import apply_edits
 from fluorspar.scene.nodes import build, children, copy_nodes, grouped, kind, label, parser_config, resolving
 from fluorspar.scene.scene import Scene
-from fluorspar.scene.sensor import set_film
+from fluorspar.scene.sensor import set_camera
 
 __all__ = ["LobeScene", "Slots", "build_lobe_scene"]
 
@@ -143,7 +143,7 @@ def _built(scene: Scene) -> LobeScene:
     for key, child in list(children(state, 0)):
         if kind(nodes[child]) in ("Integrator", "BSDF", "Texture"):
             del nodes[0].props[key]
-    set_film(state, scene.settings)
+    set_camera(state, scene.settings)
     for node in nodes:
         if kind(node) in ("BSDF", "Texture"):
             node.props.set_id("")

@@ -14,7 +14,7 @@ from fluorspar.scene.extent import warn_of_extent
 from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.nodes import build, children, copy_nodes, kind, resolving
 from fluorspar.scene.scene import Scene
-from fluorspar.scene.sensor import set_film
+from fluorspar.scene.sensor import set_camera
 from fluorspar.scene.surfaces import ABSORBS, Surface
 
 __all__ = ["TraceScene", "build_trace_scene", "lights_of_emitters", "pointer_of"]
@@ -74,7 +74,7 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     for key, child in list(children(state, 0)):
         if kind(nodes[child]) in ("Integrator", "BSDF", "Texture"):
             del nodes[0].props[key]
-    set_film(state, scene.settings)
+    set_camera(state, scene.settings)
 
     with resolving(*scene.folders):
         parts = _parts(state)

@@ -8,7 +8,7 @@ from typing import Any
 from fluorspar.scene.lights import give_spectrum
 from fluorspar.scene.nodes import children, copy_nodes, kind
 from fluorspar.scene.scene import Scene
-from fluorspar.scene.sensor import film_node, sensor_node, set_film
+from fluorspar.scene.sensor import film_node, sensor_node, set_camera
 from fluorspar.scene.surfaces import ABSORBS
 
 __all__ = [
@@ -67,7 +67,7 @@ def one_sample_camera(state: Any, scene: Scene) -> None:
     """Make every small pixel one independent sample: other samplers take more than one, other filters mix."""
     import mitsuba as mi
 
-    set_film(state, scene.settings)
+    set_camera(state, scene.settings)
     film, sensor = film_node(state), sensor_node(state)
     assert film is not None  # checked when the scene was loaded
     state.nodes[film].props["pixel_format"] = "rgb"
