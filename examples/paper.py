@@ -10,7 +10,6 @@ no other, and what an earlier run made stays in the index. docs/paper.md says wh
 from __future__ import annotations
 
 import argparse
-import json
 import logging
 import os
 import sys
@@ -24,20 +23,28 @@ from paper_figures import bunny, cornell, findings, materials, methods  # noqa: 
 from paper_figures.index import write_index  # noqa: E402
 from paper_figures.workshop import FULL, QUICK, STEPS, TINY, Workshop  # noqa: E402
 
-MISSING = 1
-
 
 def main(arguments: list[str] | None = None) -> int:
     """Make the steps that are asked for; 0 if all went well, 1 if one failed, 130 after Ctrl-C."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=Path("out/paper"))
     parser.add_argument("--only", help="steps, such as 9,17,times; see --list")
-    parser.add_argument("--bunny", metavar="FILE", help="mesh of the object, y up; default: a stand-in of ours")
+    parser.add_argument(
+        "--bunny", metavar="FILE", help="mesh of the object, y up; default: a stand-in of ours"
+    )
     parser.add_argument("--list", action="store_true", help="list the steps")
     size = parser.add_mutually_exclusive_group()
-    size.add_argument("--quick", dest="sizes", action="store_const", const=QUICK, default=FULL,
-                      help="small and noisy: all of it within 5 minutes on two idle cores")
-    size.add_argument("--tiny", dest="sizes", action="store_const", const=TINY, help="only to see that it runs")
+    size.add_argument(
+        "--quick",
+        dest="sizes",
+        action="store_const",
+        const=QUICK,
+        default=FULL,
+        help="small and noisy: all of it within 5 minutes on two idle cores",
+    )
+    size.add_argument(
+        "--tiny", dest="sizes", action="store_const", const=TINY, help="only to see that it runs"
+    )
     args = parser.parse_args(arguments)
     if args.list:
         print("\n".join(f"{step.key:10} {step.title}" for step in STEPS.values()))

@@ -42,7 +42,7 @@ class Sizes:
     finding_samples: int
 
 
-TINY = Sizes(16, 4, "400:700:50", 8, 4, "400:700:100", 4, 2, 16, 4)
+TINY = Sizes(16, 4, "400:700:50", 8, 4, "400:700:50", 4, 2, 16, 4)
 QUICK = Sizes(128, 64, "360:700:5", 48, 16, "400:700:50", 25, 2, 48, 16)
 FULL = Sizes(512, 256, "360:700:5", 128, 64, "360:700:10", 100, 4, 128, 64)
 
@@ -124,9 +124,7 @@ class Workshop:
     def box_paths(self) -> fluorspar.LightPaths:
         self.say("tracing cornell-box")
         size = self.square(self.sizes.pixels)
-        return fluorspar.trace(
-            "cornell-box", size=size, spp=self.sizes.samples, wavelengths=self.sizes.bands
-        )
+        return fluorspar.trace("cornell-box", size=size, spp=self.sizes.samples, wavelengths=self.sizes.bands)
 
     @cached_property
     def box(self) -> fluorspar.SpectralImage:
@@ -184,8 +182,22 @@ class Workshop:
             wavelengths=self.sizes.staged_bands,
         )
 
-    def small_box(self) -> fluorspar.SpectralImage:
+    @cached_property
+    def reference_box(self) -> fluorspar.SpectralImage:
         return self.like_staged("cornell-box", "cornell-box")
+
+    @cached_property
+    def reference_mesh(self) -> fluorspar.SpectralImage:
+        return self.like_staged(self.mesh_scene, "cornell-mesh")
+
+    @cached_property
+    def _cycles(self) -> dict[str, fluorspar.SpectralImage]:
+        return {}
+
+    def on_cycles(self, scene: Any, what: str) -> fluorspar.SpectralImage:
+        if what not in self._cycles:
+            self._cycles[what] = self.staged(scene, what, renderer="cycles")
+        return self._cycles[what]
 
     # drawing
 
