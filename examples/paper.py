@@ -19,9 +19,9 @@ from pathlib import Path
 
 os.environ.setdefault("MPLBACKEND", "agg")
 
-from paper_figures import bunny, cornell, findings, materials, methods  # noqa: F401, E402  they register their steps
-from paper_figures.index import write_index  # noqa: E402
-from paper_figures.workshop import FULL, QUICK, STEPS, TINY, Workshop  # noqa: E402
+from paper_figures import bunny, cornell, findings, materials, methods  # noqa: F401  they register their steps
+from paper_figures.index import write_index
+from paper_figures.workshop import FULL, QUICK, STEPS, TINY, Workshop
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     args = parser.parse_args(arguments)
     if args.list:
-        print("\n".join(f"{step.key:10} {step.title}" for step in STEPS.values()))
+        sys.stdout.write("".join(f"{step.key:10} {step.title}\n" for step in STEPS.values()))
         return 0
     keys = list(STEPS) if args.only is None else args.only.replace(" ", "").split(",")
     if unknown := [key for key in keys if key not in STEPS]:

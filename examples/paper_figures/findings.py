@@ -29,14 +29,17 @@ def component_5(image: fluorspar.SpectralImage) -> np.ndarray:
     return image.component("luminescent_reflection").values.astype(float)
 
 
-def seen(work: Workshop, pixels: int) -> dict[str, np.ndarray]:
+def seen(work: Workshop, pixels: int, scene: str = "cornell-box") -> dict[str, np.ndarray]:
     """Pixels that show nothing but one kind of surface: that kind luminesces, in a render where nothing else does."""
     shown = {}
-    for part, shapes in PARTS.items():
-        materials = dict.fromkeys(WALLS, "gray-45") | dict.fromkeys(shapes, "poster-red")
-        scene = fluorspar.load_scene("cornell-box", materials=materials)
+    parts = PARTS if scene == "cornell-box" else PARTS | {"block": ["object"]}
+    fluorescent = [*WALLS, "object"] if scene == "cornell-mesh" else WALLS
+    for part, shapes in parts.items():
+        materials = dict.fromkeys(fluorescent, "gray-45") | dict.fromkeys(shapes, "poster-red")
+        parameters = {"mesh": work.bunny} if work.bunny and scene == "cornell-mesh" else None
+        room = fluorspar.load_scene(scene, materials=materials, parameters=parameters)
         image = work.render(
-            scene, f"where it shows {part}", size=work.square(pixels), spp=16, wavelengths=BANDS
+            room, f"where it shows {part}", size=work.square(pixels), spp=16, wavelengths=BANDS
         )
         own = image.dataset["radiance"].sel(component=["direct_luminescence", "indirect_luminescence"])
         shown[part] = own.sum("component").values[..., RED] > 0
@@ -211,7 +214,7 @@ def mesh(work: Workshop) -> Made:
     the faces of a decimated copy, and with the object, the walls, both or none left out of the renders of their own
     emitters, against the one-pass method."""
     pixels = work.sizes.finding_pixels // 2
-    where, reference = seen(work, pixels), one_pass(work, work.mesh_scene, pixels)
+    where, reference = seen(work, pixels, "cornell-mesh"), one_pass(work, work.mesh_scene, pixels)
     back = where["white"] & ~binary_dilation(~where["white"], iterations=2)
     kinds: dict[str, dict[str, Any]] = {
         "patches": {},

@@ -112,7 +112,7 @@ def figure_21(work: Workshop) -> Made:
     inside = (nm >= 400) & (nm <= 700)
     for values, label, colour, dash in sides:
         unit = values[at, inside].mean()
-        for panel, name, spectrum in zip(axes.flat, points.names, values, strict=False):
+        for panel, spectrum in zip(axes.flat, values, strict=False):
             panel.plot(nm, spectrum / unit, dash, color=colour, label=label, linewidth=1)
     for panel, name, rmse, de00 in zip(axes.flat, points.names, points.rmse, points.de00, strict=False):
         panel.set_title(f"{name}: RMSE {rmse:.3f}, ΔE {de00:.1f}", fontsize=7)
@@ -157,8 +157,8 @@ def times(work: Workshop) -> Made:
     """Time of each pass of the paper's procedure relative to component 1, for the box and for the scene with the
     object, as in the paper's table. The front and the rear of the object are one row here."""
     tables = [
-        f"{what}, {image.size[0]} x {image.size[1]} pixels, {image.attrs['spp']} samples, {len(image.wavelengths)} bands\n"
-        + timing_table(image.attrs["timings"])
+        f"{what}, {image.size[0]} x {image.size[1]} pixels, {image.attrs['spp']} samples, "
+        f"{len(image.wavelengths)} bands\n" + timing_table(image.attrs["timings"])
         for what, image in (("cornell-box", work.staged_box), ("cornell-mesh", work.staged_mesh))
     ]
     return Made(text="\n\n".join(tables))
