@@ -6,7 +6,7 @@ import json
 from html import escape
 from pathlib import Path
 
-from .workshop import STEPS, Step
+from .workshop import Step, in_order
 
 _PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>The paper, reproduced</title>
 <style>body{{font:16px/1.45 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}}
@@ -25,7 +25,7 @@ in kind. <code>docs/paper.md</code> says what is certain, and what was found abo
 
 def write_index(folder: Path) -> Path:
     """Write `index.html` of all steps that this or an earlier run made."""
-    sections = [_section(step, folder) for step in STEPS.values()]
+    sections = [_section(step, folder) for step in in_order()]
     path = folder / "index.html"
     path.write_text(_PAGE.format(body="\n".join(sections)), encoding="utf-8")
     return path

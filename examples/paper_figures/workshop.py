@@ -89,6 +89,11 @@ def step(key: str, title: str) -> Callable[[Callable[[Workshop], Made]], Callabl
     return register
 
 
+def in_order() -> list[Step]:
+    """All steps: figures by their number, then the others."""
+    return sorted(STEPS.values(), key=lambda step: int(step.key) if step.key.isdigit() else 1000)
+
+
 def stated(values: Any, unit: str = "%") -> str:
     """Mean and standard error of independent values, such as "+5.81 ± 0.22 %"."""
     values = np.asarray(values, dtype=float) * (100 if unit == "%" else 1)
