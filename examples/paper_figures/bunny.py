@@ -56,6 +56,8 @@ def figure_24(work: Workshop) -> Made:
         )
         panel.set(xlabel="x, mm", ylabel="y (upwards), mm", aspect="equal")
         panel.set_title(f"{title}: {side.sum()} of {len(area)} emitters", fontsize=9)
+        panel.set_xlim(centre[:, 0].min() - 30, centre[:, 0].max() + 30)
+        panel.set_ylim(0, centre[:, 1].max() + 30)
         if front:
             panel.invert_xaxis()  # the camera looks along z, where x runs to the left
     figure.colorbar(shown, ax=axes, label="emission at 600 nm, W m⁻² sr⁻¹ nm⁻¹")

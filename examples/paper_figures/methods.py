@@ -135,7 +135,7 @@ def figure_21(work: Workshop) -> Made:
 
 @step("22", "Emitters of the walls")
 def figure_22(work: Workshop) -> Made:
-    """What each of the 8 x 8 emitters of the red and the green wall gives out at 640 and 540 nm: the emission that
+    """What each of the 8 x 8 emitters of the red and the green wall gives out near 640 and 540 nm: the emission that
     stands for the wall in component 5, constant over each emitter."""
     import xarray as xr
 
@@ -146,7 +146,7 @@ def figure_22(work: Workshop) -> Made:
             centre = kept["centre"].values
             emitted = kept["emission"].sel(wavelength=nm, method="nearest")
             shown = panel.scatter(centre[:, 2], centre[:, 1], c=emitted, s=170, marker="s", cmap="viridis")
-            figure.colorbar(shown, ax=panel, label="W m⁻² sr⁻¹ nm⁻¹")
+            figure.colorbar(shown, ax=panel, shrink=0.75, label="W m⁻² sr⁻¹ nm⁻¹")
             panel.set(xlabel="z (to the back), mm", ylabel="y (upwards), mm", aspect="equal")
             panel.set_title(f"{wall}, {float(emitted['wavelength']):g} nm", fontsize=9)
     return Made([work.save(figure, "figure-22.png")])
