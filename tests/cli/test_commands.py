@@ -74,6 +74,28 @@ class TestRender:
         fluorspar.write("old.png", "wavelength,value")
         assert fluorspar.refuses(GOOD, "--light", "sky=old.png").says("old.png")
 
+    def test_pictures_of_one_exposure(self, fluorspar: CommandLine) -> None:
+        arguments = (
+            "render",
+            "cornell-box",
+            *QUICK,
+            "-o",
+            "box.png",
+            "--exposure",
+            "1e-3",
+            "--pictures",
+            "parts",
+        )
+        done = fluorspar(*arguments)
+        assert done.code == 0
+        assert "wrote box.png (white is 1000 cd/m2: exposure 0.001)" in done.out
+        assert Path("box.png").read_bytes() == Path("parts/total.png").read_bytes()
+        assert fluorspar.refuses(GOOD, "--exposure", "0").says(
+            "the exposure is not readable", "where: --exposure"
+        )
+        done = fluorspar("render", "cornell-box", "-o", "box.nc", "--exposure", "1")
+        assert (done.code, done.says("only a picture has an exposure", "got: box.nc")) == (2, True)
+
     def test_replaces_old_files(self, fluorspar: CommandLine) -> None:
         assert fluorspar.render(GOOD).code == 0
         assert OLD not in fluorspar.files().values()

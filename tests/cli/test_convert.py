@@ -54,6 +54,10 @@ def test_a_picture_adapted_to_a_white(files: CommandLine, white: str) -> None:
         (("b.nc", "--bandwidth", "-20"), "a bandwidth is impossible"),
         (("b.nc", "--bandwidth", "-20", "--wavelengths", "400:700:20"), "a bandwidth is impossible"),
         (("b.nc", "--white", "A"), "only a picture is adapted"),
+        (("b.nc", "--exposure", "same"), "only a picture has an exposure"),
+        (("b.png", "--exposure", "-1"), "the exposure is not readable"),
+        (("b.png", "--exposure", "bright"), "the exposure is not readable"),
+        (("b.png", "--exposure", "gone.nc"), "the image file does not exist"),
         (("b.png", "--white", "1,2"), "a white is impossible"),
         (("b.png", "--white", "1,2,blue"), "a white is not readable"),
         (("b.png", "--white", "daylight"), "there is no such illuminant"),
@@ -130,3 +134,37 @@ def test_data_of_another_file_stop_a_render_before_it_begins(files: CommandLine)
     assert done.code == 2
     assert done.says("would replace a file that is no part of it")
     assert files.files() == before
+
+
+def test_pictures_of_components_share_an_exposure(files: CommandLine) -> None:
+    """Expected: what each picture shows is the sum at the exposure of the picture of all, which is stated; a component
+    by itself has another."""
+    with SpectralImage.open("a.nc") as image:
+        common = float(image.srgb().attrs["exposure"])
+        shown = {
+            name: np.asarray(image.srgb(name.split("+"), exposure=common) * 255)
+            for name in ("direct_luminescence", "direct_reflection+direct_luminescence")
+        }
+    for name, expected in shown.items():
+        for exposure in ("same", "a.nc", f"{common:.17g}"):
+            done = files("convert", "a.nc", "b.png", "--component", name, "--exposure", exposure)
+            assert (done.code, done.err) == (0, "")
+            assert f"wrote b.png (white is {1 / common:.4g} cd/m2: exposure {common:.6g})" in done.out
+            np.testing.assert_allclose(np.asarray(Image.open("b.png"), float), expected, atol=0.51)
+    done = files("convert", "a.nc", "b.png", "--component", "direct_luminescence")
+    assert f"exposure {common:.6g})" not in done.out
+
+
+def test_a_sum_of_components_by_name(files: CommandLine) -> None:
+    sum_of_two = "direct_luminescence+direct_reflection"
+    assert files("convert", "a.nc", "b.nc", "--component", sum_of_two).code == 0
+    with SpectralImage.open("a.nc") as image, SpectralImage.open("b.nc") as summed:
+        np.testing.assert_array_equal(image.total(), summed.total())
+        assert summed.attrs["components"] == "direct_reflection + direct_luminescence"
+    assert "RMSE" in files("compare", "a.nc", "b.nc", "--component", sum_of_two).out
+    files.write("points.csv", "point,x,y\n1,2,2\n")
+    arguments = ("points.csv", "--aperture", "1px", "--component", sum_of_two)
+    assert f"1 pixel, {sum_of_two}" in files("measure", "a.nc", *arguments).out
+    done = files("convert", "a.nc", "c.nc", "--component", "source+glow")
+    assert done.code == 2
+    assert done.says("no such component", "'glow'", "joined by +")

@@ -47,3 +47,17 @@ def test_a_component_the_image_does_not_hold_is_not_offered():
     with pytest.raises(OptionError) as caught:
         select("reexcitation", SINGLE_BOUNCE)
     assert "reexcitation" not in str(caught.value).split("expected")[1]
+
+
+def test_sums_are_given_as_text() -> None:
+    assert select("indirect_reflection + direct_luminescence") == (
+        "direct_luminescence",
+        "indirect_reflection",
+    )
+    assert select("reflected+luminescent", SINGLE_BOUNCE) == SINGLE_BOUNCE[1:]
+    for text in ("reflected+glow", "reflected+", "+source"):
+        with pytest.raises(OptionError, match="no such component"):
+            select(text)
+    for text in ("source+source", "reflected+direct_reflection"):
+        with pytest.raises(OptionError, match="a sum holds a component twice"):
+            select(text)

@@ -8,7 +8,13 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption, ObserverOption
+from fluorspar.cli.options import (
+    A_COMPONENT,
+    ApertureOption,
+    CameraOption,
+    DefineOption,
+    ObserverOption,
+)
 from fluorspar.figures.style import FORMATS
 from fluorspar.files import tables
 from fluorspar.image.formats.registry import SUFFIXES
@@ -84,7 +90,7 @@ def compare(
     component: Annotated[
         str | None,
         typer.Option(
-            help="Of images: a component, or single_bounce, reflected, luminescent. "
+            help=f"Of images: {A_COMPONENT} "
             "[default: all, or single_bounce if only one image holds reexcitation]"
         ),
     ] = None,

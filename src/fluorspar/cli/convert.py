@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import white_of
+from fluorspar.cli.options import A_COMPONENT, ExposureOption, exposure_of, white_of
 from fluorspar.cli.outputs import say_written, warn_of_envi, writing
 from fluorspar.image.formats.registry import SUFFIXES, SUFFIXES_WRITTEN
 
@@ -26,6 +26,8 @@ _EXAMPLES = """Examples:
 
   fluorspar convert box.nc luminescence.hdr --component luminescent
 
+  fluorspar convert box.nc direct.png --component direct_luminescence+direct_reflection --exposure box.nc
+
   fluorspar convert box.nc box.png --white A"""
 
 
@@ -36,7 +38,7 @@ def convert(
     ],
     component: Annotated[
         str | None,
-        typer.Option(help="Only a component, or the sum single_bounce, reflected, luminescent."),
+        typer.Option(help=f"Only {A_COMPONENT}"),
     ] = None,
     total: Annotated[bool, typer.Option("--total", help="Only the sum of all components.")] = False,
     wavelengths: Annotated[
@@ -68,6 +70,7 @@ def convert(
             metavar="NAME|X,Y,Z", help="Of a .png: the white that the eye is adapted to (Bradford)."
         ),
     ] = None,
+    exposure: ExposureOption = None,
 ) -> None:
     """Convert a spectral image."""
     from fluorspar.cli.targets import check_files
@@ -90,6 +93,8 @@ def convert(
         )
     if white is not None and kind != ".png":
         raise OptionError(message("only a picture is adapted to a white", where="--white", got=target))
+    adapted = None if white is None else white_of(white)
+    factor = exposure_of(exposure, [target], adapted)
     sources = (source, data_file(source) if source.suffix.lower() == ".hdr" else None)
     for written in (target, target.with_suffix(".img")) if kind == ".hdr" else (target,):
         check_not_input(written, *sources, fault="an image cannot be converted onto itself")
@@ -104,12 +109,15 @@ def convert(
             image.attrs.get("converted", "")
         ):
             console.warning(f"{text_of(source)}: {ASSUMED}")
+        used = None
         if kind == ".png":
-            write_png(result.dataset, target, white=None if white is None else white_of(white))
+            if isinstance(factor, str):  # that of all components
+                factor = float(image.srgb(white=adapted).attrs["exposure"])
+            used = write_png(result.dataset, target, exposure=factor, white=adapted)
         else:
             result.save(target, compress=compress)
         warn_of_envi(result, target)
-    say_written(target)
+    say_written(target, result, used)
 
 
 def _wavelengths_of(text: str) -> list[float]:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import ApertureOption, CameraOption, DefineOption, ObserverOption
+from fluorspar.cli.options import A_COMPONENT, ApertureOption, CameraOption, DefineOption, ObserverOption
 from fluorspar.errors import OptionError, message
 from fluorspar.figures.style import FORMATS
 from fluorspar.files import tables
@@ -43,9 +43,7 @@ def measure(
     normalise: Annotated[
         str, typer.Option(metavar="none|luminance|POINT", help="By a white reference, or the mean luminance.")
     ] = "none",
-    component: Annotated[
-        str | None, typer.Option(help="A component, or single_bounce, reflected, luminescent.")
-    ] = None,
+    component: Annotated[str | None, typer.Option(help=f"Only {A_COMPONENT}")] = None,
     observer: ObserverOption = "2",
 ) -> None:
     """Measure the spectra of points: mean under an aperture, with its standard error."""

@@ -13,6 +13,7 @@ import typer
 from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.bispectral.library import ENVIRONMENT
 from fluorspar.errors import OptionError, message
+from fluorspar.image.formats.registry import SUFFIXES as IMAGES_READ
 from fluorspar.image.formats.registry import SUFFIXES_WRITTEN as IMAGES_WRITTEN
 from fluorspar.scene.settings_text import size_of
 
@@ -21,12 +22,14 @@ if TYPE_CHECKING:
     from fluorspar.staged.options import StagedOptions
 
 __all__ = [
+    "A_COMPONENT",
     "ApertureOption",
     "CameraOption",
     "ComponentErrorsOption",
     "DefineOption",
     "DenoiseOption",
     "ExcitationOption",
+    "ExposureOption",
     "ImagesOption",
     "LibraryOption",
     "ObserverOption",
@@ -34,6 +37,7 @@ __all__ = [
     "ResumeOption",
     "StokesOption",
     "ThreadsOption",
+    "exposure_of",
     "limits_of",
     "material_files",
     "pairs",
@@ -42,6 +46,8 @@ __all__ = [
     "staged_options",
     "white_of",
 ]
+
+A_COMPONENT = "a component; single_bounce, reflected or luminescent; or a sum of some: A+B."
 
 ResumeOption: TypeAlias = Annotated[
     bool,
@@ -128,6 +134,57 @@ PicturesOption: TypeAlias = Annotated[
 ]
 
 ThreadsOption: TypeAlias = Annotated[int | None, typer.Option(help="Threads to use. [default: all cores]")]
+
+
+ExposureOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="same|FACTOR|IMAGE",
+        help="Of pictures: one for all of them. A factor in m2/cd; or that of the picture of a spectral image, so that "
+        "two images can be compared; same: that of the total, for components too. [default: each its own]",
+    ),
+]
+
+
+def exposure_of(
+    text: str | None, outputs: Sequence[Path | None] = (Path(".png"),), white: Any = None
+) -> float | str | None:
+    """Read an exposure: "same", a factor in m2/cd, or the image whose picture, adapted to `white`, has it.
+
+    Raises
+    ------
+    OptionError
+        If it is none of these, or no output is a picture or a folder for pictures.
+    ImageError
+        If the image cannot be read.
+
+    Examples
+    --------
+    >>> exposure_of("0.001"), exposure_of("same"), exposure_of(None)
+    (0.001, 'same', None)
+    """
+    if text is None:
+        return None
+    if not any(path is not None and path.suffix.lower() in (".png", "") for path in outputs):
+        got = ", ".join(str(path) for path in outputs if path is not None)
+        raise OptionError(message("only a picture has an exposure", where="--exposure", got=got))
+    if text == "same":
+        return text
+    if Path(text).suffix.lower() in IMAGES_READ:
+        from fluorspar.image.spectral_image import SpectralImage
+
+        with SpectralImage.open(text) as image:
+            return float(image.srgb(white=white).attrs["exposure"])
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not 0 < factor < math.inf:
+        expected = "same, a positive factor in m2/cd, or a spectral image"
+        raise OptionError(
+            message("the exposure is not readable", where="--exposure", got=text, expected=expected)
+        )
+    return factor
 
 
 def pairs(texts: Sequence[str], option: str) -> dict[str, str]:

@@ -10,14 +10,20 @@ from fluorspar.cli import console
 from fluorspar.cli.targets import stream_target
 from fluorspar.files.names import text_of
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.units import is_radiance
 
-__all__ = ["print_timings", "say_written", "warn_of_envi", "write_outputs", "writing"]
+__all__ = ["print_timings", "say_written", "warn_of_envi", "write_image", "write_outputs", "writing"]
 
 _LARGE = 200e6
 
 
 def write_outputs(
-    image: SpectralImage, outputs: Sequence[Path], pictures: Path | None, *, streamed: bool = True
+    image: SpectralImage,
+    outputs: Sequence[Path],
+    pictures: Path | None,
+    *,
+    streamed: bool = True,
+    exposure: float | str | None = None,
 ) -> None:
     """Write the files, but one that the image was streamed to, and say what came out."""
     from fluorspar.image.display.picture import write_pictures
@@ -27,15 +33,25 @@ def write_outputs(
     for path in outputs:
         if path != there:
             with writing(path):
-                image.save(path)
+                used = write_image(image, path, exposure)
             warn_of_envi(image, path)
-        say_written(path)
+        say_written(path, image, used if path != there else None)
     if pictures is not None:
         with writing(pictures):
-            write_pictures(image.dataset, pictures)
+            write_pictures(image.dataset, pictures, exposure)
         console.out.print(
             f"wrote a picture of every component into {text_of(pictures)}", markup=False, highlight=False
         )
+
+
+def write_image(image: SpectralImage, path: Path, exposure: float | str | None = None) -> float | None:
+    """Write a file; return the exposure of a picture."""
+    from fluorspar.image.display.picture import write_png
+
+    if path.suffix.lower() == ".png":
+        return write_png(image.dataset, path, exposure=None if isinstance(exposure, str) else exposure)
+    image.save(path)
+    return None
 
 
 def writing(path: Path) -> AbstractContextManager[object]:
@@ -51,10 +67,13 @@ def warn_of_envi(image: SpectralImage, path: Path) -> None:
         console.warning("an ENVI file holds one quantity: the total was written (see --component)")
 
 
-def say_written(path: Path) -> None:
-    """Say which file was written, and of a large NetCDF file how large it is and how it can be made smaller."""
+def say_written(path: Path, image: SpectralImage | None = None, exposure: float | None = None) -> None:
+    """Say which file was written: of a picture its exposure, of a large NetCDF file how it can be made smaller."""
     size = path.stat().st_size
     note = ""
+    if image is not None and exposure is not None:
+        white = f"{1 / exposure:.4g}{' cd/m2' if is_radiance(image.dataset.attrs) else ', relative'}"
+        note = f" (white is {white}: exposure {exposure:.6g})"
     if path.suffix.lower() == ".nc" and size >= _LARGE:
         note = f" ({size / 1e6:,.0f} MB; 'fluorspar convert' with --total or --compress makes it smaller)"
     console.out.print(f"wrote {text_of(path)}{note}", markup=False, highlight=False)

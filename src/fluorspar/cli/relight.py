@@ -23,11 +23,13 @@ from fluorspar.cli.options import (
     ComponentErrorsOption,
     DefineOption,
     DenoiseOption,
+    ExposureOption,
     ImagesOption,
     LibraryOption,
     PicturesOption,
     StokesOption,
     ThreadsOption,
+    exposure_of,
     pairs,
 )
 
@@ -76,6 +78,7 @@ def relight(
     ] = None,
     define: DefineOption = None,
     pictures: PicturesOption = None,
+    exposure: ExposureOption = None,
     threads: ThreadsOption = None,
 ) -> None:
     """Compute an image of light paths, with other lights, materials and wavelengths; nothing is traced."""
@@ -90,6 +93,7 @@ def relight(
     lights = settings(light, "--light", light_of)
     materials = pairs(material or [], "--material")
     check_images(output, pictures, (paths, *files_named(lights, materials, library or [])))
+    shown_with = exposure_of(exposure, [*output, pictures])
     if denoise:
         check_extra("denoise")
     kept = load_paths(paths)
@@ -115,7 +119,7 @@ def relight(
         shown = scene_named(scene, define) or built_in_scene(kept.job.attrs)
         image = image.denoised(scene=shown and relit(shown, **changes), threads=threads)
         console.out.print(f"denoised: {image.attrs['denoised']}", markup=False, highlight=False)
-    write_outputs(image, output, pictures, streamed=not denoise)
+    write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
     if image.attrs.get("partial"):
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
 

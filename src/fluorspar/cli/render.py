@@ -16,12 +16,14 @@ from fluorspar.cli.options import (
     ComponentErrorsOption,
     DenoiseOption,
     ExcitationOption,
+    ExposureOption,
     ImagesOption,
     LibraryOption,
     PicturesOption,
     ResumeOption,
     StokesOption,
     ThreadsOption,
+    exposure_of,
     size_of,
     staged_options,
 )
@@ -118,6 +120,7 @@ def render(
     ] = None,
     denoise: DenoiseOption = False,
     pictures: PicturesOption = None,
+    exposure: ExposureOption = None,
     variant: VariantOption = "auto",
     threads: ThreadsOption = None,
     scheduler: SchedulerOption = None,
@@ -186,6 +189,7 @@ def render(
     )
     lights = settings(light, "--light", light_of)
     check_images(output, pictures, (scene, mesh, *files_named(lights, {}, [])))
+    shown_with = exposure_of(exposure, [*output, pictures])
     if denoise:
         check_extra("denoise")
     streamed = None if denoise else stream_target(output)
@@ -233,7 +237,7 @@ def render(
     if denoise:
         image = image.denoised(scene=loaded, threads=threads)
         _LOG.info("denoised")
-    write_outputs(image, output, pictures, streamed=not denoise)
+    write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
     _LOG.info("written")
     if timings:
         print_timings(image)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fluorspar.comparing.sources import Side
-from fluorspar.image.components import COMPONENTS, GROUPS, LUMINESCENT, TOTAL, named_in, select
+from fluorspar.image.components import COMPONENTS, LUMINESCENT, TOTAL, named_in, select
 from fluorspar.image.dataset import values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import METHODS, OF_TOTAL, error_layer
@@ -47,7 +47,7 @@ def common_components(
     compared: list[str | None] = [component, component]
     notes = []
     for index, side in enumerate(sides):
-        if component is not None and _light(side, None) == _named(component) and _is_whole(side):
+        if component is not None and _is_whole(side) and _light(side, None) == select(component):
             compared[index] = None  # it was added up before
     if component is None:
         held = [
@@ -133,7 +133,3 @@ def _light(side: Side, component: str | None) -> tuple[str, ...] | None:
     if not isinstance(side, SpectralImage):
         return None
     return named_in(side.attrs) if _is_whole(side) else select(component, side.components)
-
-
-def _named(component: str) -> tuple[str, ...]:
-    return GROUPS.get(component, (component,))

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from fluorspar.errors import OptionError, message
@@ -116,7 +116,7 @@ def select(what: str | Iterable[str] | None, present: Iterable[str] = COMPONENTS
     Parameters
     ----------
     what : str or iterable of str or None
-        A component, a key of `GROUPS`, several components, or None for all.
+        A component, a key of `GROUPS`, a sum of these joined by "+", several components, or None for all.
     present : iterable of str
         The components the image holds. A group loses those that it does not hold (the staged method has no
         `reexcitation`); one asked for by name must be there.
@@ -128,7 +128,7 @@ def select(what: str | Iterable[str] | None, present: Iterable[str] = COMPONENTS
     Raises
     ------
     OptionError
-        If a name is unknown or nothing is left; the message lists the legal names.
+        If a name is unknown or nothing is left, the message lists the legal names; or if a sum holds one twice.
 
     Examples
     --------
@@ -136,24 +136,39 @@ def select(what: str | Iterable[str] | None, present: Iterable[str] = COMPONENTS
     ('direct_luminescence', 'indirect_luminescence', 'luminescent_reflection')
     >>> select(["reexcitation", "source"])
     ('source', 'reexcitation')
+    >>> select("reflected+direct_luminescence")
+    ('direct_reflection', 'direct_luminescence', 'indirect_reflection')
     """
     held = tuple(present)
     if held == (TOTAL,):
         if what is None or what == TOTAL or (not isinstance(what, str) and tuple(what) == held):
             return held
         raise _unknown(what, held)
-    if what is None or (isinstance(what, str) and what in GROUPS):
-        names = GROUPS["total" if what is None else what]
-        chosen = tuple(name for name in names if name in held)
+    names: Sequence[str]
+    if what is None or isinstance(what, str):
+        names = _added_up("total" if what is None else what, held)
     else:
-        names = (what,) if isinstance(what, str) else tuple(what)
+        names = tuple(what)
         for name in names:
             if name not in held:
                 raise _unknown(name, held)
-        chosen = tuple(name for name in COMPONENTS if name in names)
+    chosen = tuple(name for name in COMPONENTS if name in names and name in held)
     if not chosen:
         raise _unknown(what, held)
     return chosen
+
+
+def _added_up(text: str, held: tuple[str, ...]) -> list[str]:
+    """The components of a sum, each term of which is a component or a group."""
+    names: list[str] = []
+    for term in map(str.strip, text.split("+")):
+        if term not in held and term not in GROUPS:
+            raise _unknown(term, held)
+        names += GROUPS.get(term, (term,))
+    twice = [name for name in COMPONENTS if names.count(name) > 1]
+    if twice:
+        raise OptionError(message("a sum holds a component twice", got=text, fix=f"name {twice[0]} once"))
+    return names
 
 
 def sum_of(names: Iterable[str]) -> dict[str, str]:
@@ -187,7 +202,7 @@ def _unknown(name: object, held: Iterable[str]) -> OptionError:
         message(
             "the image has no such component",
             got=repr(name),
-            expected=f"{', '.join(held)} (or a sum: {', '.join(GROUPS)})"
+            expected=f"{', '.join(held)} (or a sum: {', '.join(GROUPS)}; or several joined by +)"
             if tuple(held) != (TOTAL,)
             else f"{TOTAL}: the image is not split into components",
         )

@@ -37,8 +37,8 @@ def converted(
     image : SpectralImage
         Its attribute `bandwidth_nm` says how wide its bands are; without it they are taken for samples.
     component : str, optional
-        Keep only this component; or only a sum of some, "total", "single_bounce", "reflected" or
-        "luminescent", which is then no longer split. Default: keep all.
+        Keep only this component; or only a sum of some, "total", "single_bounce", "reflected", "luminescent" or several
+        joined by "+", which is then no longer split. Default: keep all.
     wavelengths : Wavelengths, optional
         Other wavelengths, within those of the image.
     bandwidth : float

@@ -308,7 +308,8 @@ class SpectralImage:
         Parameters
         ----------
         component : str or list of str, optional
-            A component, several that are added up, or `total`, `single_bounce`, `reflected`, `luminescent`.
+            A component, several that are added up (a list, or text joined by "+"), or `total`, `single_bounce`,
+            `reflected`, `luminescent`.
         observer : str or int
             As for `fluorspar.colour.observers.observer_named`: 2, 10 or a name.
 

@@ -47,7 +47,7 @@ def error_layer(image: SpectralImage, component: str | None) -> tuple[str, str |
         return of_total, None
     if "component_standard_error" in image.dataset and len(chosen) == 1:
         return "component_standard_error", chosen[0]
-    if of_total is not None and component == "single_bounce":
+    if of_total is not None and chosen == select("single_bounce", image.components):
         return of_total, None
     return None
 

@@ -59,7 +59,7 @@ def measure(
     bandwidth : float
         FWHM of the instrument's triangular bands in nm; 0: none. The notes say where they reach beyond the data.
     component : str, optional
-        A component or a sum of some (`total`, `single_bounce`, `reflected`, `luminescent`).
+        A component or a sum of some (`total`, `single_bounce`, `reflected`, `luminescent`, or several joined by "+").
     title : str
         What to call the image.
 
@@ -136,7 +136,7 @@ def measure(
         layer = error_layer(image, component)
         if layer is not None and layer[1] is None and not all_light:
             notes.append(OF_TOTAL)
-        lit = all_light or component == "single_bounce"
+        lit = all_light or components == select("single_bounce", image.components)
         spectra = PointSpectra(
             tuple(point.name for point in points),
             bands_of(image),

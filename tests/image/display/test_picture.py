@@ -47,6 +47,16 @@ class TestPng:
         assert len(list(tmp_path.iterdir())) == 1
 
 
+class TestCommonExposure:
+    @pytest.mark.parametrize("exposure", ["same", 2e-4])
+    def test_all_pictures_have_it(self, image, tmp_path, exposure):
+        write_pictures(image.dataset, tmp_path, exposure)
+        factor = image.srgb().attrs["exposure"] if exposure == "same" else exposure
+        for name in ("total", *COMPONENTS):
+            expected = image.srgb(name, exposure=factor) * 255
+            np.testing.assert_allclose(pixels_of(tmp_path / f"{name}.png"), expected, atol=0.51)
+
+
 class TestThumbnail:
     def test_a_small_image_keeps_its_pixels(self, image):
         assert thumbnail(image.dataset).shape == (12, 20, 3)

@@ -43,7 +43,7 @@ def write_png(
     exposure: float | None = None,
     *,
     white: str | ArrayLike | None = None,
-) -> None:
+) -> float:
     """Write a picture of an image or of some of its components.
 
     Parameters
@@ -59,6 +59,11 @@ def write_png(
     white : str or array_like of shape (3,), optional
         As in `SpectralImage.srgb`.
 
+    Returns
+    -------
+    float
+        The exposure, m2/cd.
+
     Raises
     ------
     ImageError
@@ -71,11 +76,13 @@ def write_png(
     >>> from fluorspar.spectral.wavelengths import Wavelengths
     >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
     >>> path = Path(tempfile.mkdtemp()) / "reflected.png"
-    >>> write_png(image.dataset, path, "reflected")
+    >>> write_png(image.dataset, path, "reflected", exposure=0.001)
+    0.001
     """
     with replacing(path) as temporary:
         shown = appearance(dataset, select(component, names_of(dataset)), exposure, white=white)
         temporary.write_bytes(png_bytes(shown.bytes))
+    return shown.exposure
 
 
 def png_bytes(rgb: NDArray[np.uint8], effort: int = -1) -> bytes:
@@ -126,7 +133,9 @@ def thumbnail(dataset: xr.Dataset, longest: int = 512) -> NDArray[np.uint8]:
     return np.asarray(picture)
 
 
-def write_pictures(dataset: xr.Dataset, directory: str | os.PathLike[str]) -> list[Path]:
+def write_pictures(
+    dataset: xr.Dataset, directory: str | os.PathLike[str], exposure: float | str | None = None
+) -> list[Path]:
     """Write `total.png`, a PNG for every component, and the labelled sheet `components.png`.
 
     Each picture has the exposure that the sheet states for it.
@@ -137,6 +146,8 @@ def write_pictures(dataset: xr.Dataset, directory: str | os.PathLike[str]) -> li
         Of a `SpectralImage`.
     directory : str or path-like
         Created if it does not exist.
+    exposure : float or str, optional
+        One for all pictures, m2/cd; or `"same"`, that of the total. Default: each component has its own.
 
     Returns
     -------
@@ -164,7 +175,7 @@ def write_pictures(dataset: xr.Dataset, directory: str | os.PathLike[str]) -> li
         raise ImageError(
             message("the directory for the pictures cannot be made", where=directory, got=err)
         ) from err
-    tiles = _tiles(dataset)
+    tiles = _tiles(dataset, exposure)
     pictures = {tile.name: tile.picture for tile in tiles} | {"components": _sheet(dataset, tiles)}
     paths = [directory / f"{name}.png" for name in pictures]
     for path, picture in zip(paths, pictures.values(), strict=True):
@@ -173,16 +184,18 @@ def write_pictures(dataset: xr.Dataset, directory: str | os.PathLike[str]) -> li
     return paths
 
 
-def contact_sheet(dataset: xr.Dataset) -> NDArray[np.uint8]:
+def contact_sheet(dataset: xr.Dataset, exposure: float | str | None = None) -> NDArray[np.uint8]:
     """Show the total and every component on one labelled sheet.
 
-    Components differ by orders of magnitude, so each is shown with an exposure of its own, which its label
+    Components differ by orders of magnitude, so by default each is shown with an exposure of its own, which its label
     states: a power of two times that of the total.
 
     Parameters
     ----------
     dataset : Dataset
         Of a `SpectralImage`.
+    exposure : float or str, optional
+        As in `write_pictures`.
 
     Returns
     -------
@@ -197,14 +210,14 @@ def contact_sheet(dataset: xr.Dataset) -> NDArray[np.uint8]:
     >>> contact_sheet(image.dataset).ndim
     3
     """
-    return _sheet(dataset, _tiles(dataset))
+    return _sheet(dataset, _tiles(dataset, exposure))
 
 
-def _tiles(dataset: xr.Dataset) -> list[Tile]:
+def _tiles(dataset: xr.Dataset, exposure: float | str | None = None) -> list[Tile]:
     """The pictures of the sheet with their labels, the total first."""
     xyz = {name: xyz_of(dataset, [name]) for name in names_of(dataset)}
     lit = sum((values for name, values in xyz.items() if name != "source"), np.zeros((1, 1, 3)))
-    reference = auto_exposure(lit)
+    reference = auto_exposure(lit) if exposure is None or isinstance(exposure, str) else exposure
     total = lit + xyz.get("source", 0.0)
     whole = np.nansum(total[..., 1])
     unit = " cd/m²" if is_radiance(dataset.attrs) else ", relative"
@@ -213,7 +226,8 @@ def _tiles(dataset: xr.Dataset) -> list[Tile]:
         if name == TOTAL:
             continue  # an image that is not split
         share = np.nansum(values[..., 1]) / whole if whole else 0.0
-        factor = float(2.0 ** np.floor(np.log2(auto_exposure(values) / reference))) if share > 0 else 1.0
+        own = exposure is None and share > 0
+        factor = float(2.0 ** np.floor(np.log2(auto_exposure(values) / reference))) if own else 1.0
         times = f"× {factor:g}" if factor >= 1 else f"× 1/{1 / factor:g}"
         note = f"exposure {times},  {rounded(100 * share)} % of the luminance" if share > 0 else "no light"
         label = f"{definition(name).number}  {name.replace('_', ' ')}"
