@@ -30,7 +30,10 @@ def component_5(image: fluorspar.SpectralImage) -> np.ndarray:
 
 
 def seen(work: Workshop, pixels: int, scene: str = "cornell-box") -> dict[str, np.ndarray]:
-    """Pixels that show nothing but one kind of surface: that kind luminesces, in a render where nothing else does."""
+    """Pixels that show nothing but one kind of surface: that kind luminesces, in a render where nothing else does.
+
+    The key with " in part" has also those that show others as well.
+    """
     shown = {}
     parts = PARTS if scene == "cornell-box" else PARTS | {"block": ["object"]}
     fluorescent = [*WALLS, "object"] if scene == "cornell-mesh" else WALLS
@@ -44,7 +47,8 @@ def seen(work: Workshop, pixels: int, scene: str = "cornell-box") -> dict[str, n
         own = image.dataset["radiance"].sel(component=["direct_luminescence", "indirect_luminescence"])
         shown[part] = own.sum("component").values[..., RED] > 0
     count = sum(each.astype(int) for each in shown.values()) + (image.component("source").values[..., 0] > 0)
-    return {part: each & (count == 1) for part, each in shown.items()}
+    alone = {part: each & (count == 1) for part, each in shown.items()}
+    return alone | {f"{part} in part": each for part, each in shown.items()}
 
 
 def staged(work: Workshop, scene: Any, what: str, seed: int, pixels: int, **options: Any) -> np.ndarray:
@@ -117,14 +121,14 @@ def left_out(work: Workshop) -> Made:
 
 @step("edges", "White pixels beside a fluorescent wall")
 def edges(work: Workshop) -> Made:
-    """Component 5 of white pixels by their distance from the pixels of a fluorescent wall, 8 x 8 emitters a wall,
-    against the one-pass method: an emitter shines evenly, while the wall itself is darker towards its edges."""
+    """Component 5 of white pixels by their distance from the pixels that show a fluorescent wall, also in part, 8 x 8
+    emitters a wall, against the one-pass method: an emitter shines evenly, while the wall itself is darker towards its edges."""
     pixels = work.sizes.finding_pixels
     where, reference = seen(work, pixels), one_pass(work, "cornell-box", pixels)
     found = [staged(work, "cornell-box", f"seed {seed}", seed, pixels) for seed in range(work.sizes.seeds)]
     numbers = {}
     for wall, band, nm in (("red wall", RED, "640 nm"), ("green wall", GREEN, "540 nm")):
-        before = where[wall]
+        before = where[f"{wall} in part"]
         for distance in (1, 2, 3):
             near = binary_dilation(before, np.ones((3, 3)))
             ring = near & ~before & where["white"]
