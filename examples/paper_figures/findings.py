@@ -143,7 +143,7 @@ def edges(work: Workshop) -> Made:
 def foot(work: Workshop) -> Made:
     """Component 5 of the blocks just above a floor that fluoresces, 8 x 8 emitters, against the one-pass method:
     an emitter that lies partly under a block shines evenly all the same, with the mean of what it receives in the
-    open, and at the foot of the block the light is what varies fastest."""
+    open, while the floor around a block is lit unevenly."""
     pixels = work.sizes.finding_pixels
     materials = dict.fromkeys(WALLS, "white-85") | {"floor": "poster-red"}
     scene = fluorspar.load_scene("cornell-box", materials=materials)
