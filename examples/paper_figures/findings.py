@@ -122,7 +122,8 @@ def left_out(work: Workshop) -> Made:
 @step("edges", "White pixels beside a fluorescent wall")
 def edges(work: Workshop) -> Made:
     """Component 5 of white pixels by their distance from the pixels that show a fluorescent wall, also in part, 8 x 8
-    emitters a wall, against the one-pass method: an emitter shines evenly, while the wall itself is darker towards its edges."""
+    emitters a wall, against the one-pass method: an emitter shines evenly, while the wall itself is darker towards
+    its edges."""
     pixels = work.sizes.finding_pixels
     where, reference = seen(work, pixels), one_pass(work, "cornell-box", pixels)
     found = [staged(work, "cornell-box", f"seed {seed}", seed, pixels) for seed in range(work.sizes.seeds)]

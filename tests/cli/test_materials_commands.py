@@ -469,3 +469,38 @@ def test_bad_options(arguments: tuple[str, ...], fault: str, fluorspar: CommandL
 @pytest.mark.parametrize("command", ["list", "show", "inspect", "fit", "colour"])
 def test_help_shows_an_example(command: str, fluorspar: CommandLine) -> None:
     assert f"Example:  fluorspar materials {command}" in good(fluorspar("materials", command, "--help"))
+
+
+class TestExport:
+    @pytest.mark.parametrize("density", [(), ("--density",)])
+    def test_the_matrix_is_that_of_the_grid(self, fluorspar: CommandLine, density: tuple[str, ...]) -> None:
+        """Expected: the cells of `band` or `density`, S on the diagonal of the latter; and read back as a material, the
+        same reflection and luminescence off the diagonal."""
+        from fluorspar.bispectral.library import material
+        from fluorspar.spectral.wavelengths import Wavelengths
+
+        grid = Wavelengths(380, 780, 20)
+        arguments = ("materials", "export", "poster-red", "--matrix", "--wavelengths", "380:780:20")
+        done = fluorspar(*arguments, *density, "--stokes", "strict", "-o", "m.csv", "--plot", "m.png")
+        assert (done.code, done.err) == (0, "")
+        assert Path("m.png").stat().st_size > 1000
+        matrix = material("poster-red").on(grid, stokes="strict")
+        table = np.loadtxt("m.csv", delimiter=",", skiprows=5)
+        np.testing.assert_allclose(table[:, 0], grid.values)
+        expected = matrix.density() + np.diag(matrix.reflectance) if density else matrix.band()
+        np.testing.assert_allclose(table[:, 1:], expected, rtol=1e-8, atol=1e-12)
+        again = material(Path("m.csv")).on(grid, stokes="strict")
+        np.testing.assert_allclose(again.band(), matrix.band(), rtol=1e-6, atol=1e-9)
+
+    def test_spectra_without_the_matrix(self, fluorspar: CommandLine) -> None:
+        from fluorspar.bispectral.library import material
+
+        assert fluorspar("materials", "export", "poster-red", "-o", "p.csv").code == 0
+        assert material(Path("p.csv")).fluorescent
+
+    def test_options_of_the_matrix_need_it(self, fluorspar: CommandLine) -> None:
+        for option in (("--density",), ("--plot", "m.png")):
+            done = fluorspar("materials", "export", "poster-red", "-o", "p.csv", *option)
+            assert (done.code, done.says("is about the matrix", "add --matrix")) == (2, True)
+        done = fluorspar("materials", "export", "poster-red", "--matrix", "-o", "p.csv", "--stokes", "none")
+        assert (done.code, done.says("no such Stokes rule")) == (2, True)

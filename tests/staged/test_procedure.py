@@ -12,8 +12,12 @@ import pytest
 from scipy.ndimage import binary_erosion, median_filter
 
 from floor_scene import DYE, GRID, QUICK, floor_under
+from fluorspar.comparing.compare import compare
 from fluorspar.errors import ApproximationWarning, FluorsparWarning, ImageError, OptionError
+from fluorspar.figures.emitters import emitters_figure
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.measuring.measure import measure
+from fluorspar.measuring.points import Point
 from fluorspar.rendering import render
 from fluorspar.scene.loading import load_scene
 from fluorspar.scene.scene import Scene
@@ -223,6 +227,43 @@ def test_materials_of_one_name_have_files_of_their_own(tmp_path: Path):
     )
     render(scene, wavelengths=GRID, method="staged", staged=replace(QUICK, keep_intermediate=str(tmp_path)))
     assert {"E_D-dye.nc", "E_D-dye-2.nc", "E_I-dye.png", "E_I-dye-2.png"} <= set(os.listdir(tmp_path))
+
+
+def test_intermediate_images_keep_scene_seed_and_errors(tmp_path: Path):
+    """Expected: what the walls' emitters show adds up to component 5, the mean of the repeats; an image is measured at
+    points of the scene without naming it, with an error; and two are compared as renders of the same scene are."""
+    scene = load_scene("cornell-box").with_settings(width=16, height=16, spp=16)
+    chosen = StagedOptions(emitters=2, repeats=3, patch_samples=48, keep_intermediate=tmp_path)
+    image = render(scene, wavelengths=GRID, method="staged", seed=5, staged=chosen)
+    walls = [SpectralImage.open(tmp_path / f"emitters-{wall}.nc") for wall in ("left-wall", "right-wall")]
+    summed = sum(wall.total().values for wall in walls)
+    np.testing.assert_allclose(summed, image.component("luminescent_reflection"), rtol=1e-4, atol=1e-9)
+    for name in ("scene", "seed", "spp", "repeats", "method"):
+        assert walls[0].attrs[name] == image.attrs[name]
+    there = [Point("1", (278.0, 480.0, 559.2))]
+    measured = measure(tmp_path / "emitters-left-wall.nc", there, aperture="3px")
+    assert measured.standard_error is not None
+    assert 0 < measured.standard_error[0, -1] < measured.radiance[0, -1]
+    compared = compare(tmp_path / "E_D-poster-red.nc", tmp_path / "E_D-poster-red.nc")
+    assert compared.value("rmse") == 0
+
+
+def test_the_emitters_of_an_object_are_drawn(tmp_path: Path):
+    """Expected: all four of a wall of two triangles, with those centres that face the viewer: all, and none."""
+    scene = load_scene("cornell-box").with_settings(width=8, height=8, spp=4)
+    render(scene, wavelengths=GRID, method="staged", staged=replace(QUICK, keep_intermediate=tmp_path))
+    figure = emitters_figure(tmp_path / "L_F-left-wall.nc")
+    front, rear = figure.axes
+    assert front.get_title(loc="left") == "left-wall, 4 emitters, front"
+    assert [len(axes.collections[1].get_offsets()) for axes in (front, rear)] == [4, 0]
+    colours = {tuple(colour) for colour in front.collections[0].get_facecolor()}
+    assert len(colours) == 4
+    (tmp_path / "other.nc").write_bytes(b"no file of emitters")
+    for name in ("gone.nc", "other.nc"):
+        with pytest.raises(ImageError, match="the file of emitters cannot be read"):
+            emitters_figure(tmp_path / name)
+    with pytest.raises(ImageError, match="holds no emitters"):
+        emitters_figure(tmp_path / "E_D-poster-red.nc")
 
 
 def test_intermediate_files_that_cannot_be_written_are_told_of(tmp_path: Path):

@@ -59,6 +59,7 @@ def measure(
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input
     from fluorspar.image.units import is_unit_of_radiance
+    from fluorspar.measuring.measure import WHOLE_PIXELS
     from fluorspar.measuring.measure import measure as measure_spectra
     from fluorspar.measuring.normalised import normalised
     from fluorspar.measuring.point_spectra import write_point_spectra
@@ -96,7 +97,10 @@ def measure(
         table.add_row(escape(point.name), f"{value:.5g}", *coordinates, lux, escape(point.note))
     console.out.print(table)
     for note in measured.notes:
-        console.out.print(note, markup=False, highlight=False)
+        if aperture is None and WHOLE_PIXELS in note:  # one that is asked for was warned of
+            console.warning(note)
+        else:
+            console.out.print(note, markup=False, highlight=False)
     for path in output or []:
         console.out.print(f"wrote {text_of(path)}", markup=False, highlight=False)
 

@@ -155,7 +155,10 @@ def render(
         bool, typer.Option("--filter-edges", help="staged: the paper's filter of edge artefacts.")
     ] = False,
     keep_intermediate: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="staged: keep the intermediate images here.")
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="staged: keep the intermediate images and pictures of the emitters here."
+        ),
     ] = None,
     repeats: Annotated[
         int | None, typer.Option(help="staged: independent seeds, for the standard error. [default: 4]")
@@ -239,12 +242,23 @@ def render(
         _LOG.info("denoised")
     write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
     _LOG.info("written")
+    if keep_intermediate is not None:
+        _draw_emitters(keep_intermediate)
     if timings:
         print_timings(image)
     if image.attrs.get("fault"):
         raise typer.Exit(2)  # a warning has said what it is
     if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
+
+
+def _draw_emitters(folder: Path) -> None:
+    """Draw the emitters that a render has left in a folder, beside their files."""
+    from fluorspar.figures.emitters import emitters_figure
+    from fluorspar.figures.style import write_figure
+
+    for path in sorted(folder.glob("L_F-*.nc")):
+        write_figure(emitters_figure(path), path.with_suffix(".png"))
 
 
 def _excluded(ids: list[str] | None) -> bool | list[str] | None:

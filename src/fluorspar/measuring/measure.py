@@ -31,6 +31,9 @@ __all__ = ["measure"]
 
 Array = NDArray[np.float64]
 
+WHOLE_PIXELS = "the pixels it touches are measured whole"
+"""Said where an aperture is smaller than a pixel."""
+
 
 def measure(
     image: SpectralImage | str | os.PathLike[str],
@@ -176,7 +179,7 @@ def _seen(
 def _width(pixels: Array, aperture: Aperture, camera_matrix: Array | None) -> str:
     """The width of an aperture where it is less than a pixel, in words; empty: it is more."""
     width = 2 * max(radius_in_pixels(pixel, aperture, camera_matrix) for pixel in pixels)
-    return f", {width:.2g} pixels wide: the pixels it touches are measured whole" if width < 0.99 else ""
+    return f", {width:.2g} pixels wide: {WHOLE_PIXELS}" if width < 0.99 else ""
 
 
 def _means(

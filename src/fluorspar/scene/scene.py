@@ -18,7 +18,6 @@ from fluorspar.scene.lobes.lobe import Lobes
 from fluorspar.scene.recipe import Recipe
 from fluorspar.scene.settings import Settings
 from fluorspar.scene.surfaces import Surface
-from fluorspar.scene.viewpoint import Viewpoint
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["Scene"]
@@ -210,7 +209,7 @@ class Scene:
             if any(part is material for _, part in self.lobes.parts(surface.node))
         )
 
-    def with_settings(self, **changes: int | Viewpoint | None) -> Scene:
+    def with_settings(self, **changes: Any) -> Scene:
         """Copy the scene with some settings changed; None leaves a setting as it is."""
         return replace(
             self, settings=replace(self.settings, **{k: v for k, v in changes.items() if v is not None})

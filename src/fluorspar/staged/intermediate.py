@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain, count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from fluorspar.spectral.wavelengths import Wavelengths
 from fluorspar.staged.emitters.patches import EmitterArray
 
 __all__ = ["Intermediate", "file_names"]
+
+Pixels = NDArray[np.float32]
 
 
 class Intermediate:
@@ -41,7 +44,10 @@ class Intermediate:
     --------
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
-    >>> Intermediate(folder, Wavelengths()).image("E_D red wall", np.ones((4, 4, 69)))
+    >>> kept = Intermediate(folder, Wavelengths())
+    >>> kept.image("E_D red wall", np.ones((4, 4, 69)))
+    >>> kept.finish_repeat()
+    >>> kept.write({"scene": "cornell-box"})
     >>> sorted(path.name for path in folder.iterdir())
     ['E_D-red-wall.nc', 'E_D-red-wall.png']
     """
@@ -50,6 +56,8 @@ class Intermediate:
         self, folder: str | Path | None, grid: Wavelengths, computed: Wavelengths | None = None
     ) -> None:
         self.folder, self.grid, self.computed = folder, grid, computed or grid
+        self._taken: dict[str, Pixels] = {}
+        self._sums: dict[str, tuple[int, Pixels, Pixels]] = {}
         if folder is not None:
             try:
                 Path(folder).mkdir(parents=True, exist_ok=True)
@@ -59,18 +67,35 @@ class Intermediate:
                 ) from err
 
     def image(self, name: str, values: NDArray[np.floating]) -> None:
-        """Write an image, ndarray of shape (Y, X, N), as NetCDF and as a picture."""
-        if self.folder is None:
-            return
-        component = "luminescent_reflection" if name.startswith("emitters") else "direct_reflection"
-        kept = SpectralImage.from_arrays(
-            values[np.newaxis, ..., -len(self.grid) :],
-            self.grid,
-            attrs={"intermediate": name},
-            components=[component],
-        )
-        for suffix in (".nc", ".png"):
-            kept.save(self._path(name, suffix))
+        """Take an image of a repeat, ndarray of shape (Y, X, N)."""
+        if self.folder is not None:
+            self._taken[name] = np.asarray(values[..., -len(self.grid) :], np.float32)
+
+    def finish_repeat(self) -> None:
+        """Count what was taken of a repeat; what is taken of one that is interrupted does not count."""
+        for name, values in self._taken.items():
+            count, mean, squares = self._sums.get(name, (0, np.zeros_like(values), np.zeros_like(values)))
+            off = values - mean
+            mean += off / (count + 1)
+            squares += off * (values - mean)
+            self._sums[name] = count + 1, mean, squares
+        self._taken.clear()
+
+    def write(self, attrs: Mapping[str, Any]) -> None:
+        """Write the means of all repeats with their standard errors, as NetCDF and as pictures.
+
+        Parameters
+        ----------
+        attrs : mapping
+            What the whole image says of itself.
+        """
+        for name, (repeats, mean, squares) in self._sums.items():
+            component = "luminescent_reflection" if name.startswith("emitters") else "direct_reflection"
+            error = np.sqrt(squares / (repeats * (repeats - 1))) if repeats > 1 else None
+            said = {**attrs, "intermediate": name, "repeats": repeats}
+            kept = SpectralImage.from_arrays(mean[np.newaxis], self.grid, error, said, components=[component])
+            for suffix in (".nc", ".png"):
+                kept.save(self._path(name, suffix))
 
     def patches(
         self, name: str, array: EmitterArray, light: NDArray[np.floating], emitted: NDArray[np.floating]
@@ -89,14 +114,19 @@ class Intermediate:
             [np.bincount(array.patch, part, minlength=len(array)) for part in weighted.T], axis=1
         )
         unit = {"units": "W m-2 sr-1 nm-1"}
+        shown = array.emitting
         dataset = xr.Dataset(
             {
                 "illumination": (("patch", "wavelength"), light, unit | {"long_name": "E on the patch"}),
                 "emission": (("patch", "wavelength"), emitted, unit | {"long_name": "L_F of the patch"}),
                 "area": ("patch", array.areas),
                 "centre": (("patch", "axis"), centre / array.areas[:, np.newaxis]),
+                "corner": (("vertex", "axis"), shown.vertices, {"long_name": "corners of what emits"}),
+                "face": (("triangle", "of_three"), shown.faces, {"long_name": "its triangles, by corners"}),
+                "patch_of_face": ("triangle", array.patch_of_face),
             },
             {"wavelength": ("wavelength", self.computed.values, {"units": "nm"}), "axis": ["x", "y", "z"]},
+            {"object": name.partition(" ")[2], "back": int(array.back)},
         )
         with (
             replacing(path) as temporary,

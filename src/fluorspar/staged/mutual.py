@@ -122,9 +122,8 @@ def mutual_illumination(
         for item, emitted in zip(objects, emission, strict=True):
             shown = _emitter_render(p, item, emitted, views, bounce, layers=not last)
             renders.append(shown.image)
-            if repeat == 0:
-                order = "" if bounce == 1 else f" {bounce}"
-                p.kept.image(f"emitters{order} {item.file}", shown.image)
+            order = "" if bounce == 1 else f" {bounce}"
+            p.kept.image(f"emitters{order} {item.file}", shown.image)
             if not last:
                 light_f = {row: e + shown.light[row] for row, e in light_f.items()}
         reflected = luminescent_reflection(renders) if renders else np.zeros_like(y5)

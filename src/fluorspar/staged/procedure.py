@@ -119,6 +119,7 @@ def _all(p: Passes) -> SpectralImage:
                 stacklevel=3,
             )
             break
+        p.kept.finish_repeat()
         mean = mean + components if totals else components
         totals.append(total(list(components)).astype(np.float32))
     done = len(totals)
@@ -140,6 +141,7 @@ def _all(p: Passes) -> SpectralImage:
         "excluded_emitter_geometry": [item.name for item in objects if item.excluded] or None,
         "timings": p.watch.relative(),
     }
+    p.kept.write(attrs)
     if done < p.repeats:
         attrs["partial"] = 1
     return SpectralImage.from_arrays(mean, grid, error, attrs, components=names)
@@ -165,11 +167,10 @@ def _repeat(p: Passes, repeat: int, objects: Sequence[FluorescentObject]) -> NDA
         }
         y2 = p.luminesced(direct.light, views)
         y4 = p.luminesced(light_i, views)
-    if repeat == 0:
-        files = file_names([made.name for made in p.scene.materials])
-        for row in p.fluorescent:
-            p.kept.image(f"E_D {files[row]}", direct.light[row])
-            p.kept.image(f"E_I {files[row]}", light_i[row])
+    files = file_names([made.name for made in p.scene.materials])
+    for row in p.fluorescent:
+        p.kept.image(f"E_D {files[row]}", direct.light[row])
+        p.kept.image(f"E_I {files[row]}", light_i[row])
     y5, y6 = mutual_illumination(p, repeat, objects, views, spare)
     y3 = indirect_reflection(everything.image, direct.image)
     return np.stack([source.image, direct.image, y2, y3, y4, y5, y6], dtype=np.float32, casting="same_kind")

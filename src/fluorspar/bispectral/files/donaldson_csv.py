@@ -1,17 +1,21 @@
-"""Read Donaldson matrices from tables: band-weighted cells or a density, rows emission, columns excitation."""
+"""Read and write tables of Donaldson matrices: band-weighted cells or a density, rows emission, columns excitation."""
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 
+from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.bispectral.files.even_matrix import on_common_step
 from fluorspar.bispectral.files.matrix_table import matrix_of_table
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.errors import MaterialError, message
 from fluorspar.files.tables import Table
+from fluorspar.files.writing import replacing
 from fluorspar.spectral.even import even_grid
 
-__all__ = ["donaldson_matrix"]
+__all__ = ["donaldson_matrix", "write_donaldson"]
 
 _SAME = 1e-4  # nm
 _FIX = "write lines such as '# quantity: band' and '# step: 10' above the table"
@@ -80,3 +84,57 @@ def _stated_step(table: Table) -> float:
         fault, expected = "a Donaldson file does not state its step", "a number of nm, such as '# step: 10'"
         raise MaterialError(message(fault, where=table.where, got=repr(text), expected=expected, fix=_FIX))
     return step
+
+
+def write_donaldson(
+    path: str | os.PathLike[str], name: str, matrix: DonaldsonMatrix, *, density: bool = False
+) -> None:
+    """Write a Donaldson matrix as a table that `donaldson_matrix` reads, with its quantity and units said above it.
+
+    Parameters
+    ----------
+    path : path-like
+    name : str
+        Of the material, for the first line.
+    matrix : DonaldsonMatrix
+        On N wavelengths.
+    density : bool
+        Cells off the diagonal are D_L in 1/nm, and those on it S; else `matrix.band()`: D_L times the step, and on the
+        diagonal S with what luminesces in the same band.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written; what was there before then stays.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> file = Path(tempfile.mkdtemp()) / "sheet.csv"
+    >>> write_donaldson(file, "sheet", DonaldsonMatrix.from_band([[0.5, 0], [0.2, 0.4]], Wavelengths(400, 410, 10)))
+    >>> file.read_text().splitlines()[-1]
+    '410,0.2,0.4'
+    """
+    grid = matrix.wavelengths
+    if density:
+        cells = matrix.density()
+        np.fill_diagonal(cells, matrix.reflectance)
+        units = "1/nm of excitation; cells of equal wavelength: reflectance"
+    else:
+        cells = matrix.band()
+        units = "radiance given out in a band per radiance received in one; cells of equal wavelength: with reflectance"
+    lines = [
+        f"# material: {' '.join(name.split())}",
+        f"# quantity: {'density' if density else 'band'}",
+        f"# step: {grid.step:g}",
+        f"# rows: emission wavelength in nm; columns: excitation wavelength in nm; cells: {units}",
+        ",".join(["nm", *(f"{w:.12g}" for w in grid.values)]),
+    ]
+    lines += [
+        ",".join([f"{w:.12g}", *(f"{cell:.9g}" for cell in row)])
+        for w, row in zip(grid.values, cells, strict=True)
+    ]
+    with replacing(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -6,6 +6,7 @@ import typer
 
 from fluorspar.cli.materials.colour import colour
 from fluorspar.cli.materials.dye import dye
+from fluorspar.cli.materials.export import export
 from fluorspar.cli.materials.fit import fit
 from fluorspar.cli.materials.from_eem import from_eem
 from fluorspar.cli.materials.inspect import inspect
@@ -30,6 +31,7 @@ def _materials() -> None:
 materials.command("list")(list_materials)
 materials.command("show")(show)
 materials.command("inspect")(inspect)
+materials.command("export")(export)
 materials.command("fit")(fit)
 materials.command("dye", short_help="Make a material of a dye of known spectra.")(dye)
 materials.command("from-eem")(from_eem)
