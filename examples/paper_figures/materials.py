@@ -16,7 +16,7 @@ WIDE = fluorspar.Wavelengths(300, 780, 5)
 @step("2", "Donaldson matrices of the two walls")
 def figure_2(work: Workshop) -> Made:
     """Bispectral radiance factors of the red and the green wall, in bands of 5 nm as instruments store them: the
-    reflected radiance factor S on the diagonal, the luminescent one below it (emission at longer wavelengths than
+    reflected radiance factor S on the diagonal, the luminescent one above it (emission at longer wavelengths than
     excitation). On a logarithmic scale, because a cell of the diagonal holds a hundred times as much."""
     from matplotlib.colors import LogNorm
 
