@@ -8,7 +8,7 @@ LOWEST := out/lowest
 # Two processes: much of a test waits or computes in one thread.
 TWO := --numprocesses 2 --dist loadfile
 
-.PHONY: render view test test-browser test-blender test-lowest fuzz lint types bench clean
+.PHONY: render view paper test test-browser test-blender test-lowest fuzz lint types bench clean
 
 view: $(READY)
 	$(BIN)/fluorspar view cornell-box --size 256x256 --spp 64
@@ -16,6 +16,11 @@ view: $(READY)
 render: $(READY)
 	mkdir -p out
 	$(BIN)/fluorspar render cornell-box -o out/cornell-box.nc -o out/cornell-box.exr -o out/cornell-box.png --pictures out/components
+
+# The figures and numbers of the paper, in kind: small, in minutes. At full size, in hours: make paper SIZE=
+SIZE := --quick
+paper: $(READY)
+	$(BIN)/python examples/paper.py $(SIZE) -o out/paper
 
 test: lint types
 	$(BIN)/python -m pytest $(TWO) --quiet --doctest-modules src
