@@ -288,6 +288,7 @@ def described(depsgraph: Any, arrays: Path, textures: Path) -> Said:
             others.append([name, thing.type])
     world = scene.world
     return {
+        "version": list(bpy.app.version),
         "camera": camera_of(scene, depsgraph),
         "settings": settings_of(scene),
         "world": world and {"name": world.name, "colour": plain(world.color), "nodes": nodes.outputs(world)},

@@ -3,30 +3,50 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import OpenEXR
 from numpy.typing import NDArray
 
 from fluorspar.blender.importing.elements import matrix, plugin, value
 from fluorspar.blender.importing.emitted import Emitted
 from fluorspar.blender.importing.sockets import Sockets
 
-__all__ = ["lamp"]
+__all__ = ["faded", "lamp"]
 
 _DOWN = np.diag([1.0, -1.0, -1.0, 1.0])  # lamps shine along -z, Mitsuba's shapes and spots along z
 _BLENDER_WHITE = (1.0, 1.0, 1.0)
+_WIDEST = math.radians(85)  # half the cone of a spot: its picture is on a plane
+_PIXELS = 512
 
 Array = NDArray[np.float64]
 
 
-def lamp(light: dict[str, Any], sockets: Sockets, name: str) -> Element | None:
+def lamp(
+    light: dict[str, Any], sockets: Sockets, name: str, folder: Path, version: Sequence[int]
+) -> Element | None:
     """A lamp as an emitter, or as a shape that emits; None for one without light.
 
-    Its power is thought of as going out into all directions: an area of Lambert's law has a radiance of P / (pi A), a
-    point an intensity of P / (4 pi). A sun has its irradiance.
+    A point has an intensity of P / (4 pi), so has a spot within its cone; an area a radiance of P / (pi A), before
+    Blender 4.0 P / (4 A). A sun has its irradiance.
+
+    Parameters
+    ----------
+    light : dict
+        As the script inside Blender says it.
+    sockets : Sockets
+    name : str
+        Its id.
+    folder : Path
+        Of the scene, which gets a picture of how a spot fades.
+    version : sequence of int
+        Of Blender.
     """
+    old = tuple(version) < (4, 0)
     where, listing = sockets.where, sockets.listing
     if light["is_portal"]:
         listing.add(where, "is a portal, which guides rays and gives no light: it is left out")
@@ -37,6 +57,7 @@ def lamp(light: dict[str, Any], sockets: Sockets, name: str) -> Element | None:
         return None
     place = np.array(light["matrix"])
     if light["type"] == "AREA":
+        given = given.times(math.pi / 4 if old else 1)
         return _area(light, place, given, sockets, name)
     axes = np.linalg.norm(place[:3, :3], axis=0)
     turned = place.copy()
@@ -55,19 +76,23 @@ def lamp(light: dict[str, Any], sockets: Sockets, name: str) -> Element | None:
         return plugin("emitter", "point", position, given.element("intensity", where, listing), id=name)
     if radius > 0:
         listing.add(where, f"has a radius of {radius:g}: Mitsuba's spots are points, shadows are sharp")
+    if np.ptp(axes) > 1e-4 * axes.max():
+        listing.add(where, "is an elliptic spot: it is round")
     cutoff = light["spot_size"] / 2
-    if cutoff > math.radians(89):
-        listing.add(where, "is wider than 178 degrees: it is 178 degrees wide")
-        cutoff = math.radians(89)
-    if light["spot_blend"] > 0:
-        listing.add(where, "fades out along another curve than Mitsuba's, which is linear in the angle; its power is the same")
+    if cutoff > _WIDEST:
+        listing.add(where, f"is wider than {2 * math.degrees(_WIDEST):.0f} degrees: it is that wide")
+        cutoff = _WIDEST
+    file = f"textures/spot-{len(list(folder.glob('textures/spot-*')))}.exr"
+    _write_fading(folder / file, cutoff, light["spot_blend"], old=old)
+    fading = plugin("texture", "bitmap", value("string", "filename", file), value("boolean", "raw", True), name="texture")
     return plugin(
         "emitter",
         "spot",
         matrix("to_world", turned @ _DOWN),
         given.element("intensity", where, listing),
         value("float", "cutoff_angle", math.degrees(cutoff)),
-        value("float", "beam_width", math.degrees(beam_of(cutoff, light["spot_blend"]))),
+        value("float", "beam_width", 0.9999 * math.degrees(cutoff)),
+        fading,
         id=name,
     )
 
@@ -129,24 +154,34 @@ def _shining(
     return plugin("shape", shape, *parts, plugin("bsdf", "null"), radiance, id=name)
 
 
-def beam_of(cutoff: float, blend: float) -> float:
-    """The beam width of Mitsuba's spot that gives as much light as Blender's of the same cone, in radians.
+def faded(cosine: Array, cutoff: float, blend: float, *, old: bool) -> Array:
+    """How Cycles' spot fades, by the cosine of the angle to its axis.
 
-    Blender fades by smoothstep((cos t - cos cutoff) / (blend (1 - cos cutoff))), Mitsuba linearly in the angle t.
+    Parameters
+    ----------
+    cosine : ndarray
+    cutoff : float
+        In radians, from the axis.
+    blend : float
+        Share of the cone that fades, 0 to 1.
+    old : bool
+        Whether it is one of Blender before 4.0, which is also weaker by the cosine.
 
     Examples
     --------
-    >>> round(beam_of(0.5, 0.0), 6), round(beam_of(0.5, 1.0), 2)
-    (0.5, 0.1)
+    >>> faded(np.array([1.0, 0.875, 0.75]), np.arccos(0.75), 1.0, old=False)
+    array([1. , 0.5, 0. ])
     """
-    if blend <= 0:
-        return cutoff
-    angle = np.linspace(0, cutoff, 4001)
-    ramp = np.clip((np.cos(angle) - math.cos(cutoff)) / (blend * (1 - math.cos(cutoff))), 0, 1)
-    wanted = float(np.trapezoid(ramp**2 * (3 - 2 * ramp) * np.sin(angle), angle))
-    low, high = 0.0, cutoff
-    for _ in range(40):
-        beam = (low + high) / 2
-        faded = np.clip((cutoff - angle) / max(cutoff - beam, 1e-9), 0, 1)
-        low, high = (beam, high) if np.trapezoid(faded * np.sin(angle), angle) < wanted else (low, beam)
-    return (low + high) / 2
+    edge = math.cos(cutoff)
+    ramp = np.clip((cosine - edge) / max(blend * (1 - edge), 1e-6), 0, 1)
+    return np.asarray(ramp**2 * (3 - 2 * ramp) * (cosine if old else 1))
+
+
+def _write_fading(file: Path, cutoff: float, blend: float, *, old: bool) -> None:
+    """The picture that Mitsuba's spot throws onto a plane across its axis."""
+    steps = ((np.arange(_PIXELS) + 0.5) / _PIXELS * 2 - 1) * math.tan(cutoff)
+    cosine = 1 / np.sqrt(1 + steps**2 + steps[:, np.newaxis] ** 2)
+    grey = faded(cosine, cutoff, blend, old=old).astype(np.float32)
+    file.parent.mkdir(exist_ok=True)
+    with OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGB": np.stack([grey] * 3, axis=-1)}) as out:
+        out.write(str(file))

@@ -84,7 +84,8 @@ class _Writer:
         for thing in said["objects"]:
             self.object(thing)
         for light in said["lights"]:
-            made = lamp(light, self.sockets(f"light '{light['name']}'"), self.name(light["name"]))
+            sockets = self.sockets(f"light '{light['name']}'")
+            made = lamp(light, sockets, self.name(light["name"]), self.folder, said["version"])
             if made is not None:
                 scene.append(made)
         if said["world"] is not None:
