@@ -148,6 +148,149 @@ def wide_sun(scene) -> None:
     lamp(scene, "SUN", 3, angle=math.radians(20))
 
 
+def world(scene) -> None:
+    floor(scene)
+    shine(scene)
+
+
+def shine(scene, colour=(1, 1, 1), strength=0.7):
+    """A world of one colour; returns its node."""
+    scene.world = bpy.data.worlds.new("world")
+    scene.world.use_nodes = True
+    node = scene.world.node_tree.nodes["Background"]
+    node.inputs["Color"].default_value, node.inputs["Strength"].default_value = (*colour, 1), strength
+    return node
+
+
+def environment(scene) -> None:
+    """A map that is brighter on one side and above, turned by 40 degrees."""
+    floor(scene)
+    node, tree = shine(scene), scene.world.node_tree
+    image = bpy.data.images.new("sky", 64, 32, float_buffer=True)
+    # rows from below
+    image.pixels = [
+        v
+        for y in range(32)
+        for x in range(64)
+        for v in (*((3, 2, 1) if 8 <= x < 24 and y > 16 else (0.2, 0.3, 0.4)), 1)
+    ]
+    image.pack()
+    texture = tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = image
+    mapping = tree.nodes.new("ShaderNodeMapping")
+    mapping.inputs["Rotation"].default_value = (0, 0, math.radians(40))
+    place = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+    tree.links.new(place, mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs[0], texture.inputs["Vector"])
+    tree.links.new(texture.outputs[0], node.inputs["Color"])
+
+
+def picture(name: str = "picture", width: int = 8, height: int = 4):
+    """An image whose quarters differ, packed into the file."""
+    image = bpy.data.images.new(name, width, height)
+    quarters = [[(0.1, 0.1, 0.1), (0.9, 0.2, 0.2)], [(0.2, 0.9, 0.2), (0.9, 0.9, 0.9)]]
+    image.pixels = [
+        v for y in range(height) for x in range(width) for v in (*quarters[2 * y // height][2 * x // width], 1)
+    ]
+    image.pack()
+    return image
+
+
+def textured(scene) -> None:
+    """A picture on the floor, moved, turned and scaled."""
+    material = matte("printed", (1, 1, 1))
+    tree = material.node_tree
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image, texture.interpolation = picture(), "Closest"
+    mapping = tree.nodes.new("ShaderNodeMapping")
+    mapping.inputs["Rotation"].default_value = (0, 0, math.radians(20))
+    mapping.inputs["Scale"].default_value = (2, 1.5, 1)
+    mapping.inputs["Location"].default_value = (0.1, 0.3, 0)
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["UV"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs[0], texture.inputs["Vector"])
+    tree.links.new(texture.outputs["Color"], tree.nodes["Diffuse BSDF"].inputs["Color"])
+    floor(scene, material)
+    data = bpy.data.objects["floor"].data
+    layer = data.uv_layers.new(name="UVMap")
+    for loop, uv in zip(layer.data, [(0, 0), (1, 0), (1, 1), (0, 1)]):  # noqa: B905 (Blender's Python)
+        loop.uv = uv
+    lamp(scene, "SUN", 3, angle=0)
+
+
+def glowing(scene) -> None:
+    """A plane that shines to both sides above the floor, one that faces down."""
+    floor(scene)
+    material = matte("glowing", (0, 0, 0))
+    tree = material.node_tree
+    shader = tree.nodes.new("ShaderNodeEmission")
+    shader.inputs["Color"].default_value, shader.inputs["Strength"].default_value = (1, 0.8, 0.5, 1), 12
+    tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    square = [(-0.4, -0.4, 1), (0.4, -0.4, 1), (0.4, 0.4, 1), (-0.4, 0.4, 1)]
+    mesh(scene, "up", square, [(0, 1, 2, 3)], material, place=(-1.5, 0, 0))
+    mesh(scene, "down", square, [(3, 2, 1, 0)], material, place=(1.5, 0, 0))
+
+
+def shapes(scene) -> None:
+    """Smooth and flat, subdivided, instanced, mirrored, text and curves, with two slots, seen from aside."""
+    floor(scene)
+    lamp(scene, "SUN", 3, angle=0)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8, radius=0.4, location=(-1.2, -0.6, 0.4))
+    ball = bpy.context.object
+    bpy.ops.object.shade_smooth()
+    ball.data.materials.append(matte("red", (0.8, 0.1, 0.1)))
+    ball.data.materials.append(matte("blue", (0.1, 0.1, 0.8)))
+    for polygon in ball.data.polygons:
+        polygon.material_index = int(polygon.center[2] > 0)
+    bpy.ops.mesh.primitive_cube_add(size=0.7, location=(1.6, -0.7, 0.4))
+    cube = bpy.context.object
+    cube.modifiers.new("rounded", "SUBSURF").render_levels = 3
+    cube.modifiers["rounded"].levels = 0
+    cube.data.materials.append(matte("green", (0.1, 0.7, 0.1)))
+    group = bpy.data.collections.new("group")
+    bpy.ops.mesh.primitive_cone_add(radius1=0.3, depth=0.6, location=(0.3, 0, 0.3))
+    cone = bpy.context.object
+    cone.data.materials.append(bpy.data.materials["red"])
+    scene.collection.objects.unlink(cone)
+    group.objects.link(cone)
+    for number, scale in enumerate([(1, 1, 1), (-1, 1, 2)]):
+        copy = link(scene, f"copy {number}", None, (-0.5 - number, 1.2, 0), scale=scale)
+        copy.instance_type, copy.instance_collection = "COLLECTION", group
+    bpy.ops.object.text_add(location=(-2, -1.8, 0.05))
+    text = bpy.context.object
+    text.data.body, text.data.extrude = "Übung", 0.05
+    text.data.materials.append(bpy.data.materials["blue"])
+    hidden = link(scene, "hidden", cube.data, (0, 0, 1.5))
+    hidden.hide_render = True
+
+
+def shifted(scene) -> None:
+    """A wide image through a shifted lens."""
+    floor(scene)
+    lamp(scene, "SUN", 3, angle=0)
+    camera(scene)
+    scene.render.resolution_x, scene.render.resolution_y = 48, 32
+    scene.camera.data.shift_x, scene.camera.data.shift_y = 0.12, -0.2
+
+
+def upright(scene) -> None:
+    """A tall image, its lens fitted to the width."""
+    floor(scene)
+    lamp(scene, "SUN", 3, angle=0)
+    camera(scene)
+    scene.render.resolution_x, scene.render.resolution_y = 32, 48
+    scene.camera.data.sensor_fit = "HORIZONTAL"
+    scene.camera.scale = (2, 2, 2)
+
+
+def parallel(scene) -> None:
+    floor(scene)
+    lamp(scene, "SUN", 3, angle=0)
+    camera(scene)
+    scene.render.resolution_x, scene.render.resolution_y = 32, 48
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 5
+    scene.camera.data.shift_x, scene.camera.data.shift_y = 0.1, 0.15
+
+
 def main() -> None:
     mark = sys.argv[-1]
 
