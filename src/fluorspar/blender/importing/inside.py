@@ -157,11 +157,11 @@ class Meshes:
         self.table: list[Said] = []
         self.numbers: dict[Any, int | None] = {}
 
-    def number(self, thing: Any, depsgraph: Any) -> int | None:
+    def number(self, thing: Any) -> int | None:
         """Number of the mesh of an object; None if it has no faces."""
         key = (thing.data.as_pointer(), thing.type) if thing.type == "MESH" else thing.name_full
         if key not in self.numbers:
-            mesh = thing.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
+            mesh = thing.to_mesh()
             mesh.calc_loop_triangles()
             self.numbers[key] = None
             if len(mesh.loop_triangles):
@@ -273,7 +273,7 @@ def described(depsgraph: Any, arrays: Path, textures: Path) -> Said:
         if thing.type == "LIGHT":
             lights.append({"name": name, "matrix": place, **light_of(thing, nodes)})
         elif thing.type in SOLID:
-            mesh = meshes.number(thing, depsgraph)
+            mesh = meshes.number(thing)
             if mesh is None:
                 continue
             slots = [slot.material for slot in thing.material_slots]

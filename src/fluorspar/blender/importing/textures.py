@@ -83,8 +83,6 @@ class Textures:
         # Blender counts v from the lower edge of an image, Mitsuba from the upper one
         place = np.diag([1.0, -1.0, 1.0, 1.0]) @ mapped(node, self._nodes, where, self._listing)
         place[1, 3] += 1
-        place[:2, 2] = place[:2, 3]  # Mitsuba takes the first three rows and columns
-        place[:, 3], place[2] = (0, 0, 0, 1), (0, 0, 1, 0)
         parts.append(matrix("to_uv", place))
         return plugin("texture", "bitmap", *parts, name=name)
 
