@@ -190,7 +190,10 @@ def picture(name: str = "picture", width: int = 8, height: int = 4):
     image = bpy.data.images.new(name, width, height)
     quarters = [[(0.1, 0.1, 0.1), (0.9, 0.2, 0.2)], [(0.2, 0.9, 0.2), (0.9, 0.9, 0.9)]]
     image.pixels = [
-        v for y in range(height) for x in range(width) for v in (*quarters[2 * y // height][2 * x // width], 1)
+        v
+        for y in range(height)
+        for x in range(width)
+        for v in (*quarters[2 * y // height][2 * x // width], 1)
     ]
     image.pack()
     return image

@@ -19,7 +19,10 @@ def import_scene(
     folder: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", metavar="DIR", help="Folder to write: scene.xml, meshes, textures, and import.txt."
+            "--output",
+            "-o",
+            metavar="DIR",
+            help="Folder to write: scene.xml, meshes, textures, and import.txt.",
         ),
     ],
     blender: BlenderOption = None,

@@ -14,7 +14,9 @@ from fluorspar.errors import SceneError, message
 
 __all__ = ["sensor"]
 
-_TURNED = np.diag([-1.0, 1.0, -1.0, 1.0])  # Blender looks along -z with x to the right, Mitsuba along z with x to the left
+_TURNED = np.diag(
+    [-1.0, 1.0, -1.0, 1.0]
+)  # Blender looks along -z with x to the right, Mitsuba along z with x to the left
 
 
 def sensor(camera: dict[str, Any], settings: dict[str, Any], listing: Listing) -> Element:
@@ -28,7 +30,9 @@ def sensor(camera: dict[str, Any], settings: dict[str, Any], listing: Listing) -
     where = f"camera '{camera['name']}'"
     if camera["type"] not in ("PERSP", "ORTHO"):
         expected = "a perspective or orthographic camera"
-        raise SceneError(message("there is no such camera", where=where, got=camera["type"].lower(), expected=expected))
+        raise SceneError(
+            message("there is no such camera", where=where, got=camera["type"].lower(), expected=expected)
+        )
     width, height = settings["width"], settings["height"]
     if settings["aspect"] != 1:
         listing.add(where, "has pixels that are not square: they are rendered as squares")
@@ -41,7 +45,7 @@ def sensor(camera: dict[str, Any], settings: dict[str, Any], listing: Listing) -
     axis = ("x" if width >= height else "y") if fit == "AUTO" else {"HORIZONTAL": "x", "VERTICAL": "y"}[fit]
     size = camera["sensor_height" if fit == "VERTICAL" else "sensor_width"]
     fitted = width if axis == "x" else height
-    place = np.array(camera["matrix"])
+    place = np.array(camera["matrix"], dtype=np.float64)
     place[:3, :3] /= np.linalg.norm(place[:3, :3], axis=0)  # the scale of a camera means nothing
     place = place @ _TURNED
     shift = camera["shift_x"] * fitted / width, camera["shift_y"] * fitted / height
@@ -60,7 +64,9 @@ def sensor(camera: dict[str, Any], settings: dict[str, Any], listing: Listing) -
         moved[:2, 3] = -2 * shift[0], 2 * shift[1] * height / width
         grown = np.diag([scale, scale, 1.0, 1.0])
         ends = value("float", "near_clip", 1e-3), value("float", "far_clip", 1e5)
-        return plugin("sensor", "orthographic", matrix("to_world", place @ grown @ moved), *ends, film, sampler)
+        return plugin(
+            "sensor", "orthographic", matrix("to_world", place @ grown @ moved), *ends, film, sampler
+        )
     parts = [
         value("float", "fov", math.degrees(2 * math.atan(size / (2 * camera["lens"])))),
         value("string", "fov_axis", axis),

@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = ["matrix", "plugin", "refer", "rgb", "value"]
 
 
-def plugin(tag: str, kind: str, *children: Element, name: str | None = None, id: str | None = None) -> Element:
+def plugin(
+    tag: str, kind: str, *children: Element, name: str | None = None, id: str | None = None
+) -> Element:
     """A plugin with what belongs to it.
 
     Examples
@@ -39,7 +41,9 @@ def rgb(name: str, colour: Sequence[float]) -> Element:
 def matrix(name: str, rows: ArrayLike | NDArray[np.float64]) -> Element:
     """A transform of shape (4, 4)."""
     made = Element("transform", {"name": name})
-    made.append(Element("matrix", {"value": _text(np.asarray(rows, dtype=np.float64).ravel()).replace(",", "")}))
+    made.append(
+        Element("matrix", {"value": _text(np.asarray(rows, dtype=np.float64).ravel()).replace(",", "")})
+    )
     return made
 
 

@@ -99,7 +99,9 @@ def _imported(source: Path, folder: Path, blender: str | os.PathLike[str] | None
         if "refused" in answer:
             version = ".".join(map(str, process.version))
             fix = f"a file of a newer Blender than {version} needs that one (--blender)"
-            raise SceneError(message("Blender cannot open the file", where=source, got=answer["refused"].strip(), fix=fix))
+            raise SceneError(
+                message("Blender cannot open the file", where=source, got=answer["refused"].strip(), fix=fix)
+            )
         said = json.loads(Path(out).read_text(encoding="utf-8"))
         return write_scene(said, process.folder, folder)
 
@@ -111,10 +113,19 @@ def _checked(source: Path) -> Path:
     except FileNotFoundError as err:
         raise SceneError(message("the file of Blender does not exist", where=source)) from err
     except OSError as err:
-        raise SceneError(message("the file of Blender cannot be read", where=source, got=err.strerror)) from err
+        raise SceneError(
+            message("the file of Blender cannot be read", where=source, got=err.strerror)
+        ) from err
     if not start.startswith(_MAGIC):
         expected = "a .blend file, plain or compressed"
-        raise SceneError(message("this is no file of Blender", where=source, got=f"a file that begins with {start!r}", expected=expected))
+        raise SceneError(
+            message(
+                "this is no file of Blender",
+                where=source,
+                got=f"a file that begins with {start!r}",
+                expected=expected,
+            )
+        )
     return source
 
 

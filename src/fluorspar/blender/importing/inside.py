@@ -20,7 +20,14 @@ if TYPE_CHECKING or __name__ == "__main__":
 
 SOLID = ("MESH", "CURVE", "SURFACE", "FONT", "META")  # have a mesh
 SHOWN_OTHERWISE = ("CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL")
-KEPT_FORMATS = {"PNG": ".png", "JPEG": ".jpg", "OPEN_EXR": ".exr", "HDR": ".hdr", "TARGA": ".tga", "BMP": ".bmp"}
+KEPT_FORMATS = {
+    "PNG": ".png",
+    "JPEG": ".jpg",
+    "OPEN_EXR": ".exr",
+    "HDR": ".hdr",
+    "TARGA": ".tga",
+    "BMP": ".bmp",
+}
 SIMPLE = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
 
 Said = dict[str, Any]
@@ -217,7 +224,16 @@ def camera_of(scene: Any, depsgraph: Any) -> Said | None:
         return None
     thing = scene.camera.evaluated_get(depsgraph)
     data, dof = thing.data, thing.data.dof
-    names = ("type", "lens", "sensor_fit", "sensor_width", "sensor_height", "shift_x", "shift_y", "ortho_scale")
+    names = (
+        "type",
+        "lens",
+        "sensor_fit",
+        "sensor_width",
+        "sensor_height",
+        "shift_x",
+        "shift_y",
+        "ortho_scale",
+    )
     distance = dof.focus_distance
     if dof.focus_object is not None:
         there = dof.focus_object.evaluated_get(depsgraph).matrix_world.translation
@@ -280,10 +296,16 @@ def described(depsgraph: Any, arrays: Path, textures: Path) -> Said:
             for material in slots:
                 if material is not None and material.name not in materials:
                     materials[material.name] = material_of(material, nodes)
-            hidden = [way for way in ("camera", "diffuse", "glossy", "shadow") if not getattr(thing, f"visible_{way}")]
+            hidden = [
+                way
+                for way in ("camera", "diffuse", "glossy", "shadow")
+                if not getattr(thing, f"visible_{way}")
+            ]
             hidden += [way for way in ("is_shadow_catcher", "is_holdout") if getattr(thing, way, False)]
             names = [material and material.name for material in slots]
-            objects.append({"name": name, "mesh": mesh, "matrix": place, "materials": names, "hidden": hidden})
+            objects.append(
+                {"name": name, "mesh": mesh, "matrix": place, "materials": names, "hidden": hidden}
+            )
         elif thing.type in SHOWN_OTHERWISE:
             others.append([name, thing.type])
     world = scene.world

@@ -55,7 +55,7 @@ def lamp(
     if given.is_dark:
         listing.add(where, "gives no light: it is left out")
         return None
-    place = np.array(light["matrix"])
+    place = np.array(light["matrix"], dtype=np.float64)
     if light["type"] == "AREA":
         given = given.times(math.pi / 4 if old else 1)
         return _area(light, place, given, sockets, name)
@@ -64,9 +64,16 @@ def lamp(
     turned[:3, :3] /= axes
     if light["type"] == "SUN":
         if light.get("angle", 0) > 0:
-            listing.add(where, f"is {math.degrees(light['angle']):.3g} degrees wide: its rays are parallel, shadows sharp")
-        direction = Element("vector", {"name": "direction", "value": " ".join(f"{x:.9g}" for x in -turned[:3, 2])})
-        return plugin("emitter", "directional", direction, given.element("irradiance", where, listing), id=name)
+            listing.add(
+                where,
+                f"is {math.degrees(light['angle']):.3g} degrees wide: its rays are parallel, shadows sharp",
+            )
+        direction = Element(
+            "vector", {"name": "direction", "value": " ".join(f"{x:.9g}" for x in -turned[:3, 2])}
+        )
+        return plugin(
+            "emitter", "directional", direction, given.element("irradiance", where, listing), id=name
+        )
     given = given.times(1 / (4 * math.pi))
     radius = light["shadow_soft_size"]
     if light["type"] == "POINT":
@@ -84,7 +91,9 @@ def lamp(
         cutoff = _WIDEST
     file = f"textures/spot-{len(list(folder.glob('textures/spot-*')))}.exr"
     _write_fading(folder / file, cutoff, light["spot_blend"], old=old)
-    fading = plugin("texture", "bitmap", value("string", "filename", file), value("boolean", "raw", True), name="texture")
+    fading = plugin(
+        "texture", "bitmap", value("string", "filename", file), value("boolean", "raw", True), name="texture"
+    )
     return plugin(
         "emitter",
         "spot",
@@ -128,7 +137,10 @@ def _area(light: dict[str, Any], place: Array, given: Emitted, sockets: Sockets,
     if light.get("normalize", True):
         given = given.times(1 / area)
     if light.get("spread", math.pi) < 0.999 * math.pi:
-        listing.add(where, f"is bundled to {math.degrees(light['spread']):.3g} degrees: it shines into all directions here")
+        listing.add(
+            where,
+            f"is bundled to {math.degrees(light['spread']):.3g} degrees: it shines into all directions here",
+        )
     # its thickness means nothing, but a matrix must have an inverse
     normal = np.cross(x, y)
     place[:3, 2] = normal / np.linalg.norm(normal)
@@ -149,7 +161,9 @@ def _shining(
 ) -> Element:
     """A shape that gives light, reflects nothing, and lets rays through."""
     if not light["seen"]:
-        sockets.listing.add(sockets.where, "is not seen by the camera in Blender: here it is, as part of 'source'")
+        sockets.listing.add(
+            sockets.where, "is not seen by the camera in Blender: here it is, as part of 'source'"
+        )
     radiance = plugin("emitter", "area", given.element("radiance", sockets.where, sockets.listing))
     return plugin("shape", shape, *parts, plugin("bsdf", "null"), radiance, id=name)
 

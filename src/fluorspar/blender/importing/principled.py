@@ -63,8 +63,12 @@ def principled(node: dict[str, Any], sockets: Sockets) -> Shading:
         if "Sheen Weight" in node["inputs"]:
             listing.add(where, "has the sheen of Blender 4: it is that of Disney's model")
     if given(*coat):
-        parts += _coat(node, sockets, number(*coat), number("Clearcoat Roughness", "Coat Roughness", default=0.03))
-    emitted = sockets.emitted(sockets.first(node, "Emission", "Emission Color")).times(number("Emission Strength", default=1.0))
+        parts += _coat(
+            node, sockets, number(*coat), number("Clearcoat Roughness", "Coat Roughness", default=0.03)
+        )
+    emitted = sockets.emitted(sockets.first(node, "Emission", "Emission Color")).times(
+        number("Emission Strength", default=1.0)
+    )
     clear = given(*transmission)
     shading = Shading(plugin("bsdf", "principled", *parts), clear, None if emitted.is_dark else emitted)
     return masked(shading, sockets.element("opacity", sockets.first(node, "Alpha"), 1.0))
@@ -80,7 +84,9 @@ def _index(node: dict[str, Any], sockets: Sockets, ior: float, *, clear: bool) -
         facing = 0.08 * sockets.number(sockets.first(node, "Specular"), 0.5)
     if clear:
         if abs(level - 0.5) > 1e-3:
-            sockets.listing.add(sockets.where, "is clear and has a specular level: its index of refraction alone counts")
+            sockets.listing.add(
+                sockets.where, "is clear and has a specular level: its index of refraction alone counts"
+            )
         return max(ior, 1.001)
     root = math.sqrt(min(max(facing, 0.0), 0.9))
     return max((1 + root) / (1 - root), 1.001)
@@ -90,12 +96,17 @@ def _coat(node: dict[str, Any], sockets: Sockets, weight: float, roughness: floa
     where, listing = sockets.where, sockets.listing
     if "Coat Weight" in node["inputs"]:  # Disney's is a quarter of a layer
         if weight > 0.25:
-            listing.add(where, "has a coat of Blender 4: Mitsuba's is four times weaker, and takes nothing from below")
+            listing.add(
+                where, "has a coat of Blender 4: Mitsuba's is four times weaker, and takes nothing from below"
+            )
         weight = 4 * weight
     rough, glossy = _PRINCIPLED_COAT
     gloss = (rough - roughness**2) / (rough - glossy)
     if not 0 <= gloss <= 1:
-        listing.add(where, f"has a coat of roughness {roughness:g}: it is {math.sqrt(rough if gloss < 0 else glossy):.2g}")
+        listing.add(
+            where,
+            f"has a coat of roughness {roughness:g}: it is {math.sqrt(rough if gloss < 0 else glossy):.2g}",
+        )
     return [
         value("float", "clearcoat", min(weight, 1.0)),
         value("float", "clearcoat_gloss", min(max(gloss, 0.0), 1.0)),

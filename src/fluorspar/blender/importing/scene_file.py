@@ -11,7 +11,7 @@ import numpy as np
 
 from fluorspar.bispectral.library import material as library_material
 from fluorspar.blender.importing.camera import sensor
-from fluorspar.blender.importing.elements import matrix, plugin, refer, value
+from fluorspar.blender.importing.elements import matrix, plugin, refer, rgb, value
 from fluorspar.blender.importing.lights import lamp
 from fluorspar.blender.importing.listing import Listing
 from fluorspar.blender.importing.meshes import Mesh, parts, write_ply
@@ -96,7 +96,9 @@ class _Writer:
         for name, kind in said["others"]:
             listing.add(f"object '{name}'", f"is or has {_KINDS.get(kind, kind.lower())}: it is left out")
         if scene.find(".//emitter") is None:
-            listing.add("the file", "has no light that Fluorspar has: the scene cannot be rendered before it gets one")
+            listing.add(
+                "the file", "has no light that Fluorspar has: the scene cannot be rendered before it gets one"
+            )
         if not any(thing.tag == "shape" for thing in scene):
             listing.add("the file", "has no surface that is rendered")
         self.save()
@@ -168,8 +170,10 @@ class _Writer:
         """The parts of an object, a shape for each material."""
         if thing["hidden"]:
             ways = ", ".join(thing["hidden"]).replace("is_", "").replace("_", " ")
-            self.listing.add(f"object '{thing['name']}'", f"is treated apart in Blender ({ways}): here it is as all others")
-        place = np.array(thing["matrix"])
+            self.listing.add(
+                f"object '{thing['name']}'", f"is treated apart in Blender ({ways}): here it is as all others"
+            )
+        place = np.array(thing["matrix"], dtype=np.float64)
         if np.linalg.matrix_rank(place[:3, :3]) < 3:
             self.listing.add(f"object '{thing['name']}'", "is scaled to nothing: it is left out")
             return
@@ -185,12 +189,15 @@ class _Writer:
             shape.extend((matrix("to_world", place), refer(material)))
             if shading.emitted is not None:
                 where = f"material '{material}'"
-                shape.append(plugin("emitter", "area", shading.emitted.element("radiance", where, self.listing)))
+                shape.append(
+                    plugin("emitter", "area", shading.emitted.element("radiance", where, self.listing))
+                )
             self.scene.append(shape)
 
     def shading(self, material: str) -> Shading:
         if material not in self.shadings:  # what Blender shows without one
-            self.material({"name": material, "nodes": None, "colour": (0.8,) * 3, "fluorspar": None, "concentration": None})
+            plain = {"nodes": None, "colour": (0.8,) * 3, "fluorspar": None, "concentration": None}
+            self.material({"name": material, **plain})
         return self.shadings[material]
 
     def files(self, number: int, materials: list[str], *, mirrored: bool) -> dict[int, str]:
@@ -216,6 +223,4 @@ def _prepared(mesh: Mesh, mirrored: bool, shading: Shading) -> Mesh:
 
 
 def _colour(given: Any) -> Element:
-    from fluorspar.blender.importing.elements import rgb
-
     return rgb("reflectance", given[:3])

@@ -71,16 +71,20 @@ def _shading(socket: Said | None, sockets: Sockets) -> Shading:
             colour = sockets.element("reflectance", sockets.first(node, "Color"), (0.8, 0.8, 0.8))
             return Shading(matte(colour))
         case kind:
-            listing.add(where, f"has the node '{node['name']}' ({kind}), which is unknown: it is matte and grey")
+            listing.add(
+                where, f"has the node '{node['name']}' ({kind}), which is unknown: it is matte and grey"
+            )
             return Shading(matte(rgb("reflectance", (0.5, 0.5, 0.5))))
     return _bumped(shading, inputs.get("Normal"), sockets)
 
 
 def _roughness(node: Said, sockets: Sockets) -> float:
     """Blender's roughness squared, the width of the distribution of facets."""
-    return 0.0 if node["properties"].get("distribution") == "SHARP" else sockets.number(
-        sockets.first(node, "Roughness"), 0.5
-    ) ** 2
+    return (
+        0.0
+        if node["properties"].get("distribution") == "SHARP"
+        else sockets.number(sockets.first(node, "Roughness"), 0.5) ** 2
+    )
 
 
 def _distribution(node: Said, sockets: Sockets, alpha: float) -> list[Element]:
@@ -112,7 +116,10 @@ def _glass(node: Said, sockets: Sockets) -> Shading:
     alpha = _roughness(node, sockets)
     if node["kind"] == "BsdfRefraction":
         sockets.listing.add(sockets.where, "refracts without reflecting: it is glass, which reflects")
-    parts = [value("float", "int_ior", sockets.number(node["inputs"]["IOR"], 1.45)), value("float", "ext_ior", 1.0)]
+    parts = [
+        value("float", "int_ior", sockets.number(node["inputs"]["IOR"], 1.45)),
+        value("float", "ext_ior", 1.0),
+    ]
     for name in ("specular_reflectance", "specular_transmittance"):
         colour = sockets.element(name, node["inputs"]["Color"], (1.0, 1.0, 1.0))
         parts.append(colour)
@@ -126,7 +133,9 @@ def _mix(inputs: Said, sockets: Sockets) -> Shading:
     first, second = _shading(inputs["Shader"], sockets), _shading(inputs["Shader_001"], sockets)
     weight = _weight(factor, sockets)
     share = min(max(float(weight.get("value", "0.5")), 0.0), 1.0)
-    lights = [part.emitted.times(s) for part, s in ((first, 1 - share), (second, share)) if part.emitted is not None]
+    lights = [
+        part.emitted.times(s) for part, s in ((first, 1 - share), (second, share)) if part.emitted is not None
+    ]
     if lights and weight.tag != "float":
         sockets.listing.add(sockets.where, "mixes light by an image: it is half as strong everywhere")
     emitted = _together(lights, sockets)
@@ -152,7 +161,8 @@ def _weight(factor: Said | None, sockets: Sockets) -> Element:
             ior = 1 / max(1 - sockets.number(source["inputs"].get("Blend"), 0.5), 1e-3)
         share = ((ior - 1) / (ior + 1)) ** 2
         sockets.listing.add(
-            sockets.where, f"mixes by angle ('{source['name']}'): it mixes as seen from the front, by {share:.3g}"
+            sockets.where,
+            f"mixes by angle ('{source['name']}'): it mixes as seen from the front, by {share:.3g}",
         )
         return value("float", "weight", share)
     return sockets.element("weight", factor, 0.5)
@@ -196,4 +206,6 @@ def _bumped(shading: Shading, socket: Said | None, sockets: Sockets) -> Shading:
     texture = sockets.textures.bitmap(image, where, "normalmap", data=True)
     if texture is None:
         return shading
-    return Shading(plugin("bsdf", "normalmap", texture, shading.bsdf), shading.clear, shading.emitted, shading.absent)
+    return Shading(
+        plugin("bsdf", "normalmap", texture, shading.bsdf), shading.clear, shading.emitted, shading.absent
+    )

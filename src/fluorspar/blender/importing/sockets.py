@@ -20,7 +20,17 @@ Said = dict[str, Any]
 _GREY = (0.5, 0.5, 0.5)
 _LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 # What gives a colour through, and the names that its input has had
-_PASSES_ON = {"Gamma", "HueSaturation", "BrightContrast", "Invert", "RGBCurve", "RGBToBW", "Clamp", "MapRange", "Math"}
+_PASSES_ON = {
+    "Gamma",
+    "HueSaturation",
+    "BrightContrast",
+    "Invert",
+    "RGBCurve",
+    "RGBToBW",
+    "Clamp",
+    "MapRange",
+    "Math",
+}
 _COLOUR_INPUTS = ("Color", "Image", "Value", "Fac")
 
 

@@ -15,7 +15,13 @@ from fluorspar.blender.importing.listing import Listing
 __all__ = ["Textures", "is_plain", "mapped"]
 
 _WRAP = {"REPEAT": "repeat", "EXTEND": "clamp", "CLIP": "clamp", "MIRROR": "mirror"}
-_DATA = ("Non-Color", "Raw", "Linear", "Linear Rec.709", "Linear BT.709")  # no curve; images of floats never have one
+_DATA = (
+    "Non-Color",
+    "Raw",
+    "Linear",
+    "Linear Rec.709",
+    "Linear BT.709",
+)  # no curve; images of floats never have one
 _COLOURS = ("sRGB", *_DATA)
 
 
@@ -45,7 +51,9 @@ class Textures:
             self._listing.add(where, f"has the image '{image['name']}', which is missing: {image['missing']}")
         else:
             kind = image["source"].lower()
-            self._listing.add(where, f"has the image '{image['name']}', a {kind} image: only single ones are read")
+            self._listing.add(
+                where, f"has the image '{image['name']}', a {kind} image: only single ones are read"
+            )
         return None
 
     def bitmap(self, node: dict[str, Any], where: str, name: str, *, data: bool = False) -> Element | None:
@@ -68,15 +76,21 @@ class Textures:
         image, properties = self._images[node["image"]], node["properties"]
         floats = file.endswith((".exr", ".hdr"))
         if image["space"] not in _COLOURS:
-            self._listing.add(where, f"has an image in the colour space {image['space']}: it is taken for sRGB")
+            self._listing.add(
+                where, f"has an image in the colour space {image['space']}: it is taken for sRGB"
+            )
         if properties["projection"] != "FLAT":
-            self._listing.add(where, f"projects an image ({properties['projection'].lower()}): its UV map is used")
+            self._listing.add(
+                where, f"projects an image ({properties['projection'].lower()}): its UV map is used"
+            )
         if properties["extension"] == "CLIP":
             self._listing.add(where, "clips an image: its border is continued instead")
         raw = data or (image["space"] in _DATA and not floats)
         parts = [
             value("string", "filename", file),
-            value("string", "filter_type", "nearest" if properties["interpolation"] == "Closest" else "bilinear"),
+            value(
+                "string", "filter_type", "nearest" if properties["interpolation"] == "Closest" else "bilinear"
+            ),
             value("string", "wrap_mode", _WRAP[properties["extension"]]),
             value("boolean", "raw", raw),
         ]
@@ -94,7 +108,9 @@ class Textures:
         return None
 
 
-def mapped(node: dict[str, Any], nodes: list[dict[str, Any]], where: str, listing: Listing) -> NDArray[np.float64]:
+def mapped(
+    node: dict[str, Any], nodes: list[dict[str, Any]], where: str, listing: Listing
+) -> NDArray[np.float64]:
     """How the place at which an image is looked up comes from coordinates, of shape (4, 4)."""
     vector = node["inputs"].get("Vector", {})
     place = np.eye(4)
@@ -104,9 +120,13 @@ def mapped(node: dict[str, Any], nodes: list[dict[str, Any]], where: str, listin
             place = place @ _mapping(source, where, listing)
             vector = source["inputs"]["Vector"]
             continue
-        known = {"UVMap": ("UV",), "TexCoord": ("UV", "Generated") if node["kind"] == "TexEnvironment" else ("UV",)}
+        known = {
+            "UVMap": ("UV",),
+            "TexCoord": ("UV", "Generated") if node["kind"] == "TexEnvironment" else ("UV",),
+        }
         if vector["output"] not in known.get(source["kind"], ()):
-            listing.add(where, f"places an image by '{source['name']}' ({vector['output']}): its own coordinates are used")
+            given = f"'{source['name']}' ({vector['output']})"
+            listing.add(where, f"places an image by {given}: its own coordinates are used")
         break
     return place
 
@@ -116,7 +136,9 @@ def _mapping(node: dict[str, Any], where: str, listing: Listing) -> NDArray[np.f
     if any("from" in inputs[name] for name in ("Location", "Rotation", "Scale") if name in inputs):
         listing.add(where, f"computes numbers of '{node['name']}': the mapping is left out")
         return np.eye(4)
-    location, rotation, scale = (inputs.get(name, {}).get("value") for name in ("Location", "Rotation", "Scale"))
+    location, rotation, scale = (
+        inputs.get(name, {}).get("value") for name in ("Location", "Rotation", "Scale")
+    )
     turn, moved = np.eye(4), np.eye(4)
     for axis, angle in enumerate(rotation or (0, 0, 0)):
         turn = _about(axis, angle) @ turn
