@@ -21,7 +21,7 @@ def build(kind: str, blend: str, out: str | None = None, samples: int = SAMPLES)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     globals()[kind](scene)
-    if scene.camera is None:
+    if scene.camera is None and kind != "no_camera":
         camera(scene)
     setup(scene, samples)
     bpy.ops.wm.save_as_mainfile(filepath=blend)
@@ -292,6 +292,52 @@ def parallel(scene) -> None:
     scene.render.resolution_x, scene.render.resolution_y = 32, 48
     scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 5
     scene.camera.data.shift_x, scene.camera.data.shift_y = 0.1, 0.15
+
+
+def surfaces(scene) -> None:
+    """A row of balls of all shaders that are taken over, and one that is not."""
+    floor(scene)
+    shine(scene, (0.6, 0.7, 0.8), 0.8)
+    lamp(scene, "AREA", 200, place=(2, -2, 4), turn=(0.5, 0.4, 0), shape="SQUARE", size=1)
+    camera(scene)
+    scene.render.resolution_x, scene.render.resolution_y = 192, 96
+    white, red, gold = (0.9, 0.9, 0.9, 1), (0.8, 0.1, 0.1, 1), (0.9, 0.6, 0.2, 1)
+    recipes = [
+        ("BsdfPrincipled", {"Base Color": red, "Roughness": 0.3}),
+        ("BsdfPrincipled", {"Base Color": gold, "Roughness": 0.25, "Metallic": 1.0}),
+        ("BsdfGlossy", {"Color": gold, "Roughness": 0.2}),
+        ("BsdfGlass", {"Color": white, "Roughness": 0.0, "IOR": 1.5}),
+        ("BsdfPrincipled", {"Base Color": red, "Roughness": 0.5, "Alpha": 0.4}),
+        ("mix", {}),
+        ("BsdfTranslucent", {"Color": red}),
+        ("fluorspar:poster-red", {}),
+    ]
+    for number, (kind, values) in enumerate(recipes):
+        place = (-2.2 + 1.4 * (number % 4), -1.2 + 1.5 * (number // 4), 0.5)
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=0.45, location=place)
+        bpy.ops.object.shade_smooth()
+        material = matte(f"{number} {kind}" if ":" not in kind else kind, red[:3])
+        bpy.context.object.data.materials.append(material)
+        tree = material.node_tree
+        output = tree.nodes["Material Output"].inputs["Surface"]
+        if kind == "mix":
+            mix, glossy = tree.nodes.new("ShaderNodeMixShader"), tree.nodes.new("ShaderNodeBsdfGlossy")
+            glossy.inputs["Roughness"].default_value = 0.1
+            mix.inputs[0].default_value = 0.3
+            tree.links.new(tree.nodes["Diffuse BSDF"].outputs[0], mix.inputs[1])
+            tree.links.new(glossy.outputs[0], mix.inputs[2])
+            tree.links.new(mix.outputs[0], output)
+        elif ":" not in kind:
+            shader = tree.nodes.new(f"ShaderNode{kind}")
+            if hasattr(shader, "distribution"):
+                shader.distribution = "GGX"
+            for name, value in values.items():
+                shader.inputs[name].default_value = value
+            tree.links.new(shader.outputs[0], output)
+
+
+def no_camera(scene) -> None:
+    floor(scene)
 
 
 def main() -> None:

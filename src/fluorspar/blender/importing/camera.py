@@ -82,6 +82,6 @@ def sensor(camera: dict[str, Any], settings: dict[str, Any], listing: Listing) -
         parts.append(value("float", "aperture_radius", camera["lens"] * 1e-3 / (2 * focus["fstop"])))
         parts.append(value("float", "focus_distance", focus["distance"]))
     if shift != (0, 0):
-        parts.append(value("float", "principal_point_offset_x", -shift[0]))
-        parts.append(value("float", "principal_point_offset_y", shift[1]))
+        parts.append(value("float", "principal_point_offset_x", shift[0]))
+        parts.append(value("float", "principal_point_offset_y", -shift[1]))
     return plugin("sensor", kind, *parts, film, sampler)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 __all__ = ["Mesh", "parts", "write_ply"]
 
-_APART = 1e-5  # of a front and its back, in extents of the mesh
+_APART = 1e-4  # of a front and its back, in extents of the mesh
 
 Array = NDArray[np.float32]
 
