@@ -44,7 +44,7 @@ def luminance(scene: Path) -> np.ndarray:
     image = render(load_scene(scene), wavelengths="400:700:10", spp=SAMPLES).total()
     at, observer = matching_functions(2)
     weights = np.interp(image.wavelength, at, observer[:, 1])
-    return np.asarray(image.transpose("y", "x", "wavelength") @ weights / weights.sum())
+    return np.asarray(image.transpose("y", "x", "wavelength").values @ weights / weights.sum())
 
 
 def blocks(image: np.ndarray) -> np.ndarray:

@@ -241,7 +241,9 @@ def test_a_black_body_is_as_luminous_as_white(imported) -> None:
 
     at, observer = matching_functions(2)
     inside = (at >= 360) & (at <= 830)
-    luminance = (np.interp(at[inside], spectrum.wavelengths, spectrum.values) * observer[inside, 1]).sum() / observer[inside, 1].sum()
+    luminance = (
+        np.interp(at[inside], spectrum.wavelengths, spectrum.values) * observer[inside, 1]
+    ).sum() / observer[inside, 1].sum()
     assert luminance == pytest.approx(1, abs=1e-3)
 
 
