@@ -82,9 +82,9 @@ def parts(said: dict[str, Any], folder: Path, uv_of_slot: dict[int, str]) -> Ite
         if (file := said["uv"].get(layer, said["uv"].get(said["uv_rendered"]))) is not None:
             columns.append(np.fromfile(folder / file, np.float32).reshape(-1, 2)[corners])
         table, same = np.unique(np.hstack(columns), axis=0, return_inverse=True)
-        faces = same.ravel()[faces.reshape(-1, 3)].astype(np.int32)
+        faces = same.ravel()[faces.reshape(-1, 3)]
         uv = table[:, 6:] if table.shape[1] > 6 else None
-        yield int(slot), Mesh(table[:, :3], table[:, 3:6], uv, faces)
+        yield int(slot), Mesh(table[:, :3], table[:, 3:6], uv, np.asarray(faces, dtype=np.int32))
 
 
 def write_ply(mesh: Mesh, file: Path) -> None:
