@@ -174,7 +174,7 @@ def _add(inputs: Said, sockets: Sockets) -> Shading:
     solid = [part for part in (first, second) if part.bsdf is not None or part.absent]
     if len(solid) == 2:
         sockets.listing.add(sockets.where, "adds two shaders: each counts half")
-        made = mixed(*solid, value("float", "weight", 0.5))
+        made = mixed(solid[0], solid[1], value("float", "weight", 0.5))
     else:
         made = solid[0] if solid else Shading()
     return Shading(made.bsdf, made.clear, emitted, made.absent)
