@@ -7,6 +7,7 @@ from .bispectral.library import material as material
 from .bispectral.library import materials as materials
 from .bispectral.material import Fluorophore as Fluorophore
 from .bispectral.material import Material as Material
+from .blender.importing.import_blender import import_blender as import_blender
 from .comparing.compare import compare as compare
 from .figures.plot import plot as plot
 from .image.components import COMPONENTS as COMPONENTS

@@ -18,6 +18,7 @@ from fluorspar.cli.compare import compare
 from fluorspar.cli.convert import convert
 from fluorspar.cli.denoise import denoise
 from fluorspar.cli.doctor import doctor
+from fluorspar.cli.import_scene import import_scene
 from fluorspar.cli.info import info
 from fluorspar.cli.materials import materials
 from fluorspar.cli.measure import measure
@@ -79,6 +80,7 @@ app.command()(convert)
 app.command(short_help="Take the noise out of a spectral image.")(denoise)
 app.command(short_help="Measure the spectra of points of an image.")(measure)
 app.command(short_help="Open a window on images, light paths and scenes.")(view)
+app.command(name="import", short_help="Turn a file of Blender into a scene.")(import_scene)
 app.command()(info)
 app.command()(scenes)
 app.add_typer(materials, name="materials", short_help="The library, measured matrices, fits, dyes, colours.")
