@@ -31,6 +31,7 @@ from fluorspar.staged.renderers.cycles.renderer import CyclesRenderer
 BLOCK = 8
 FREE = 8  # samples of the one-pass method for each of the staged one: it takes a fraction of the time
 BOX, MESH = "cornell-box", "cornell-mesh"
+APERTURE = 5  # pixels across, at each point
 POINTS = Path(__file__).parents[1] / "examples" / "cornell-points.csv"
 
 
@@ -102,7 +103,9 @@ def pictures(scene: str, args: argparse.Namespace, staged: dict[str, Any], rende
     rows = {name: compare(*files, component=name) for name in image.components if name != "source"}
     write_figure(components_figure({"total": compare(*files), **rows}), folder / "components.png")
     if scene == BOX:  # the points are on its blocks, too
-        write_figure(points_figure(compare(*files, points=POINTS, match="12")), folder / "points.png")
+        write_figure(
+            points_figure(compare(*files, points=POINTS, aperture=f"{APERTURE}px")), folder / "points.png"
+        )
 
 
 def main() -> None:
@@ -120,7 +123,9 @@ def main() -> None:
     args = parser.parse_args()
     args.size = args.size or (128 if args.out else 32)
     args.spp = args.spp or (64 if args.out else 576)
-    staged = {"method": "staged", "staged": StagedOptions(emitters=args.emitters, patches=400, repeats=1)}
+    repeats = 4 if args.out else 1  # pictures get their errors from repeats, the table from seeds
+    options = StagedOptions(emitters=args.emitters, patches=400, repeats=repeats)
+    staged = {"method": "staged", "staged": options}
     for scene in args.scenes:
         (pictures if args.out else table)(scene, args, staged, CyclesRenderer(args.blender))
 
