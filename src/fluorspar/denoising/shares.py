@@ -36,7 +36,10 @@ def shared_out(total: Array, parts: list[Array], uncertainties: list[Array]) -> 
     """
     whole = sum_of([np.maximum(part, 0, out=part) for part in parts])
     level = np.maximum(whole, np.finfo(np.float32).tiny)
-    variances = [part / level * uncertain for part, uncertain in zip(parts, uncertainties, strict=True)]
+    variances = [
+        np.asarray(part / level * uncertain, np.float32)
+        for part, uncertain in zip(parts, uncertainties, strict=True)
+    ]
     of_all = sum_of([variance * part for variance, part in zip(variances, parts, strict=True)])
     change = np.divide(total - whole, of_all, out=np.zeros_like(whole), where=of_all > 0)
     for part, variance in zip(parts, variances, strict=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["images_figure", "maps_figure", "signed_picture"]
+__all__ = ["components_figure", "images_figure", "maps_figure", "signed_picture"]
 
 _MAP_PIXELS = 1024
 _LONGEST = 3.0  # ratio of the sides of a panel: beyond it pixels are drawn as rectangles
@@ -129,6 +130,48 @@ def _overview(images: ImageComparison, comparison: Comparison) -> Figure:
     for panel in panels[:5]:
         panel.set_axis_off()
     _histogram(panels[5], images)
+    return figure
+
+
+def components_figure(comparisons: Mapping[str, Comparison]) -> Figure:
+    """Draw a row for each component of two images: both pictures, and their signed difference.
+
+    Parameters
+    ----------
+    comparisons : mapping of str to Comparison
+        By the title of the row, such as those of `compare(a, b, component=name)`. Each row has its own exposure.
+
+    Examples
+    --------
+    >>> from fluorspar.image.spectral_image import SpectralImage
+    >>> from fluorspar.comparing.compare import compare
+    >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())
+    >>> names = ("direct_reflection", "direct_luminescence")
+    >>> len(components_figure({name: compare(image, image, component=name) for name in names}).axes)
+    6
+    """
+    return styled(_components, comparisons)
+
+
+def _components(comparisons: Mapping[str, Comparison]) -> Figure:
+    figure = _sized(_images(next(iter(comparisons.values()))), 3, rows=len(comparisons))
+    panels = figure.subplots(len(comparisons), 3, squeeze=False)
+    for row, (name, comparison) in zip(panels, comparisons.items(), strict=True):
+        images = _images(comparison)
+        signed, factor = signed_picture(images)
+        for panel, (picture, title) in zip(
+            row,
+            (
+                (images.rgb_a, f"{name}   A: {short(comparison.title_a)}"),
+                (images.rgb_b, f"B: {short(comparison.title_b)}"),
+                (signed, f"grey + {factor:g} (B − A)"),
+            ),
+            strict=True,
+        ):
+            _picture(panel, picture)
+            put_title(panel, title)
+            panel.set_axis_off()
     return figure
 
 
