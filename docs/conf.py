@@ -1,0 +1,89 @@
+"""How Sphinx builds the site; `make docs` runs it on a copy of this folder, in which it also writes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import click
+import typer.main
+
+import fluorspar
+from fluorspar.cli.main import app
+
+project = "Fluorspar"
+author = "The Fluorspar developers"
+copyright = author
+version = release = fluorspar.__version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "numpydoc",
+    "sphinx_design",
+    "sphinx_copybutton",
+]
+exclude_patterns = ["_templates"]
+templates_path = ["_templates"]
+
+# Pages: Markdown that reads as well where nothing builds it
+myst_enable_extensions = ["attrs_block", "colon_fence"]
+myst_heading_anchors = 3
+copybutton_exclude = ".linenos, .gp, .go"
+
+# Tutorials and gallery are run when they are read: an error in a cell is one of the build
+nb_execution_mode = "force"
+nb_execution_timeout = 600
+nb_execution_raise_on_error = True
+nb_execution_show_tb = True
+nb_merge_streams = True
+os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # `fluorspar` in cells
+os.environ["COLUMNS"] = "100"
+os.environ["PYTHONWARNINGS"] = "ignore:Proactor event loop"
+FILES = Path(__file__).parent / "files"  # where cells write; see `folder_of_cells`
+
+# Reference, of the docstrings
+autosummary_filename_map = {"fluorspar.material": "fluorspar.material-of-the-library"}  # not fluorspar.Material
+autodoc_typehints = "none"  # the docstrings say it in words
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False  # the template lists them
+default_role = "py:obj"
+add_module_names = False
+
+html_theme = "pydata_sphinx_theme"
+html_title = "Fluorspar"
+html_favicon = str(Path(fluorspar.__file__).parent / "view" / "static" / "icon.svg")
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_show_sphinx = False
+html_theme_options = {
+    "logo": {"text": "Fluorspar", "image_light": html_favicon, "image_dark": html_favicon},
+    "navbar_end": ["theme-switcher"],
+    "show_prev_next": False,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "secondary_sidebar_items": ["page-toc"],
+}
+html_sidebars = {"index": [], "gallery": []}
+
+
+def write_commands(path: Path) -> None:
+    """Write the page of the command line: the help of every command, as it prints it."""
+    sections = ["# Command line", "What `--help` prints, of every command."]
+
+    def add(command: click.Command, name: str, parent: click.Context | None) -> None:
+        context = command.make_context(name, [], parent, resilient_parsing=True, terminal_width=100, max_content_width=100)
+        full = context.command_path
+        sections.append(f"{'##' if parent else '##'} {full}\n\n```text\n{command.get_help(context)}\n```")
+        for child in getattr(command, "commands", {}):
+            add(command.commands[child], child, context)
+
+    add(typer.main.get_command(app), "fluorspar", None)
+    path.write_text("\n\n".join(sections) + "\n", "utf-8")
+
+
+write_commands(Path(__file__).parent / "commands.md")
