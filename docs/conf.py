@@ -38,11 +38,11 @@ nb_execution_mode = "force"
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_execution_show_tb = True
+nb_execution_in_temp = True
+nb_output_stderr = "remove"  # progress, and what is compiled once
 nb_merge_streams = True
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # `fluorspar` in cells
 os.environ["COLUMNS"] = "100"
-os.environ["PYTHONWARNINGS"] = "ignore:Proactor event loop"
-FILES = Path(__file__).parent / "files"  # where cells write; see `folder_of_cells`
 
 # Reference, of the docstrings
 autosummary_filename_map = {"fluorspar.material": "fluorspar.material-of-the-library"}  # not fluorspar.Material
