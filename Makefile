@@ -8,7 +8,7 @@ LOWEST := out/lowest
 # Two processes: much of a test waits or computes in one thread.
 TWO := --numprocesses 2 --dist loadfile
 
-.PHONY: render view test test-browser test-blender test-lowest fuzz lint types bench clean
+.PHONY: render view docs test test-browser test-blender test-wheel test-lowest test-pythons fuzz lint types bench clean
 
 view: $(READY)
 	$(BIN)/fluorspar view cornell-box --size 256x256 --spp 64
@@ -44,10 +44,10 @@ test-lowest:
 	$(LOWEST)/venv/bin/python -m build --sdist --outdir $(LOWEST) . >$(LOWEST)/build.log
 	tar --extract --gzip --strip-components 1 --file $(LOWEST)/fluorspar-*.tar.gz --directory $(LOWEST)
 	$(LOWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints-lowest.txt \
-		'$(LOWEST)[view]' pytest hypothesis httpx openimageio
+		'$(LOWEST)[view,denoise,cluster]' pytest hypothesis httpx openimageio
 	cd $(LOWEST) && venv/bin/python -m pytest --quiet tests/test_layers.py tests/test_bounds.py tests/test_docs.py tests/colour \
-		tests/spectral tests/image tests/measuring tests/figures tests/view tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
-		tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
+		tests/spectral tests/image tests/measuring tests/figures tests/view tests/scene tests/staged/emitters tests/cluster tests/denoising \
+		tests/studies/test_batch_on_workers.py tests/cli/test_bad_option.py tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
 
 # Two minutes of damaged scenes, tables, images and light paths; see docs/reliability.md.
 fuzz: $(READY)
