@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
+from functools import partialmethod
 from pathlib import Path
 
 import click
 import typer.main
+from nbclient import NotebookClient
 
 import fluorspar
 from fluorspar.cli.main import app
@@ -40,8 +42,10 @@ nb_execution_show_tb = True
 nb_execution_in_temp = True
 nb_output_stderr = "remove"  # progress, and what is compiled once
 nb_merge_streams = True
+# what a command prints arrives in pieces of 100 bytes, which MyST-NB would put on lines of their own
+NotebookClient.__init__ = partialmethod(NotebookClient.__init__, coalesce_streams=True)
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # `fluorspar` in cells
-os.environ |= {"COLUMNS": "100", "TTY_COMPATIBLE": "0", "NO_COLOR": "1"}  # cells are no terminal, whatever Jupyter says
+os.environ |= {"COLUMNS": "80", "TTY_COMPATIBLE": "0", "NO_COLOR": "1"}  # cells are no terminal, whatever Jupyter says
 
 SETTINGS = Path(__file__).parent / "ipython"  # in place of the user's own, whatever these are
 os.environ["IPYTHONDIR"] = str(SETTINGS)
@@ -80,9 +84,8 @@ def write_commands(path: Path) -> None:
     sections = ["# Command line", "What `--help` prints, of every command."]
 
     def add(command: click.Command, name: str, parent: click.Context | None) -> None:
-        context = command.make_context(name, [], parent, resilient_parsing=True, terminal_width=100, max_content_width=100)
-        full = context.command_path
-        sections.append(f"{'##' if parent else '##'} {full}\n\n```text\n{command.get_help(context)}\n```")
+        context = command.make_context(name, [], parent, resilient_parsing=True, terminal_width=78)
+        sections.append(f"## {context.command_path}\n\n```text\n{command.get_help(context)}\n```")
         for child in getattr(command, "commands", {}):
             add(command.commands[child], child, context)
 
