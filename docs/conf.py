@@ -45,15 +45,23 @@ nb_merge_streams = True
 # what a command prints arrives in pieces of 100 bytes, which MyST-NB would put on lines of their own
 NotebookClient.__init__ = partialmethod(NotebookClient.__init__, coalesce_streams=True)
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # `fluorspar` in cells
-os.environ |= {"COLUMNS": "80", "TTY_COMPATIBLE": "0", "NO_COLOR": "1"}  # cells are no terminal, whatever Jupyter says
+os.environ |= {
+    "COLUMNS": "80",
+    "TTY_COMPATIBLE": "0",
+    "NO_COLOR": "1",
+}  # cells are no terminal, whatever Jupyter says
 
 SETTINGS = Path(__file__).parent / "ipython"  # in place of the user's own, whatever these are
 os.environ["IPYTHONDIR"] = str(SETTINGS)
 (SETTINGS / "profile_default").mkdir(parents=True, exist_ok=True)
-(SETTINGS / "profile_default" / "ipython_kernel_config.py").write_text("c.IPKernelApp.log_level = 40  # errors\n")
+(SETTINGS / "profile_default" / "ipython_kernel_config.py").write_text(
+    "c.IPKernelApp.log_level = 40  # errors\n"
+)
 
 # Reference, of the docstrings
-autosummary_filename_map = {"fluorspar.material": "fluorspar.material-of-the-library"}  # not fluorspar.Material
+autosummary_filename_map = {
+    "fluorspar.material": "fluorspar.material-of-the-library"
+}  # not fluorspar.Material
 autodoc_typehints = "none"  # the docstrings say it in words
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False  # the template lists them

@@ -1,4 +1,4 @@
-"""Check what `python -m build` has made: that nothing is missing, and that the wheel works where there is nothing else."""
+"""Check what `python -m build` has made: nothing is missing, and the wheel works where there is nothing else."""
 
 from __future__ import annotations
 
@@ -52,7 +52,9 @@ def use(wheel: Path, constraints: Path) -> None:
         for command in COMMANDS:
             print(f"fluorspar {command}")
             run = [python, "-I", "-m", "fluorspar", *command.split()]
-            done = subprocess.run(run, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            done = subprocess.run(
+                run, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            )
             if done.returncode:
                 sys.exit(f"{done.stdout}\nexit code {done.returncode}")
 
