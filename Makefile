@@ -5,10 +5,17 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 LOWEST := out/lowest
+WHEEL := out/wheel
+PYTHONS := out/newer
+# of the suite, what touches every dependency
+PARTS := tests/test_layers.py tests/test_bounds.py tests/test_docs.py tests/colour tests/spectral tests/image tests/measuring \
+	tests/figures tests/view tests/scene tests/staged/emitters tests/cluster tests/studies/test_batch_on_workers.py \
+	tests/cli/test_bad_option.py tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
+DOCS := out/docs
 # Two processes: much of a test waits or computes in one thread.
 TWO := --numprocesses 2 --dist loadfile
 
-.PHONY: render view paper test test-browser test-blender test-lowest fuzz lint types bench clean
+.PHONY: render view paper docs test test-browser test-blender test-wheel test-lowest test-pythons fuzz lint types bench clean
 
 view: $(READY)
 	$(BIN)/fluorspar view cornell-box --size 256x256 --spp 64
@@ -26,6 +33,15 @@ test: lint types
 	$(BIN)/python -m pytest $(TWO) --quiet --doctest-modules src
 	$(BIN)/python -m pytest $(TWO)
 
+# The site, into out/docs/html: without network, and every warning is an error. Sphinx works on a copy, in which it makes
+# the pages of the reference; the cells of tutorials and gallery are run, and an error in one fails the build.
+docs: $(READY) $(VENV)/.docs
+	rm -rf $(DOCS)
+	mkdir -p $(DOCS)/source
+	cp -R docs examples CHANGELOG.md $(DOCS)/source
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --jobs 2 $(DOCS)/source/docs $(DOCS)/html
+	$(BIN)/python tools/check_site.py $(DOCS)/html
+
 # Opens the report of a comparison and the window in a headless browser; on Debian, as root, it installs one.
 test-browser: $(READY)
 	command -v chromium >/dev/null || command -v google-chrome >/dev/null || test -n "$$CHROMIUM" || test "$$(id -u)" != 0 || \
@@ -40,8 +56,9 @@ test-blender: $(READY)
 		{ echo "no Blender: install it, or set BLENDER to it or to a Python that has bpy" >&2; exit 1; }
 	$(BIN)/python -m pytest -m blender tests/blender
 
-# The oldest versions that are allowed, and the source distribution: its own tests on the package made of it. Parts of
-# the suite that touch every dependency; all of it would take as long again as 'make test'.
+# The oldest versions that are allowed, but for the extra denoise, which brings a newer Mitsuba; and the source
+# distribution: its own tests on the package made of it. All of the suite would take as long again as
+# 'make test'.
 test-lowest:
 	rm -rf $(LOWEST)
 	$(PYTHON) -m venv $(LOWEST)/venv
@@ -49,10 +66,27 @@ test-lowest:
 	$(LOWEST)/venv/bin/python -m build --sdist --outdir $(LOWEST) . >$(LOWEST)/build.log
 	tar --extract --gzip --strip-components 1 --file $(LOWEST)/fluorspar-*.tar.gz --directory $(LOWEST)
 	$(LOWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints-lowest.txt \
-		'$(LOWEST)[view]' pytest hypothesis httpx openimageio
-	cd $(LOWEST) && venv/bin/python -m pytest --quiet tests/test_layers.py tests/test_bounds.py tests/test_docs.py tests/colour \
-		tests/spectral tests/image tests/measuring tests/figures tests/view tests/scene tests/staged/emitters tests/cli/test_bad_option.py \
-		tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
+		'$(LOWEST)[view,cluster]' pytest hypothesis httpx openimageio
+	cd $(LOWEST) && venv/bin/python -m pytest --quiet $(PARTS)
+
+# The same parts, and the doctests, with each newer Python that is in the search path or pyenv has.
+test-pythons:
+	@for minor in 12 13 14; do for python in python3.$$minor $$HOME/.pyenv/versions/3.$$minor.*/bin/python3; do \
+		"$$python" --version 2>/dev/null || continue; \
+		rm -rf $(PYTHONS) && "$$python" -m venv $(PYTHONS) && \
+		$(PYTHONS)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test]' && \
+		$(PYTHONS)/bin/python -m pytest $(TWO) --quiet --doctest-modules src && \
+		$(PYTHONS)/bin/python -m pytest $(TWO) --quiet $(PARTS) || exit 1; \
+		break; \
+	done; done
+
+# A wheel, made of the source distribution, in an environment of its own and outside of the repository.
+test-wheel: $(READY)
+	rm -rf $(WHEEL)
+	mkdir -p $(WHEEL)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check build
+	$(BIN)/python -m build --outdir $(WHEEL) . >$(WHEEL)/build.log
+	$(BIN)/python tools/check_wheel.py $(WHEEL) --constraint constraints.txt
 
 # Two minutes of damaged scenes, tables, images and light paths; see docs/reliability.md.
 fuzz: $(READY)
@@ -71,6 +105,10 @@ bench: $(READY)
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test]'
+	touch $@
+
+$(VENV)/.docs: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[docs]'
 	touch $@
 
 clean:

@@ -24,8 +24,9 @@ def test_every_lower_bound_is_tested() -> None:
         requirement.name.lower(): lowest(requirement)
         for requirement in (Requirement(line) for line in lines if line and not line.startswith("#"))
     }
+    extras = project["optional-dependencies"]
     promised = {
         requirement.name.lower(): lowest(requirement)
-        for requirement in map(Requirement, project["dependencies"])
+        for requirement in map(Requirement, [*project["dependencies"], *extras["view"], *extras["cluster"]])
     }
     assert {name: pinned.get(name) for name in promised} == promised

@@ -1,4 +1,7 @@
-"""The Python of README and of the pages in docs runs as it stands there, with fewer pixels and samples."""
+"""The Python of README and of the pages in docs runs as it stands there, with fewer pixels and samples.
+
+Tutorials and gallery are run by `make docs`.
+"""
 
 from __future__ import annotations
 
@@ -46,3 +49,8 @@ def test_it_runs(page: Path, folder: Path) -> None:
     for block in PYTHON.finditer(text):
         above = "\n" * text.count("\n", 0, block.start(1))  # so that a traceback shows the line of the page
         exec(compile(above + block[1], str(page), "exec"), names)
+
+
+def test_the_reference_has_every_public_name() -> None:
+    listed = re.findall(r"^   (\w+)$", (ROOT / "docs" / "api.md").read_text("utf-8"), re.MULTILINE)
+    assert sorted(listed) == sorted(fluorspar.__all__)

@@ -29,8 +29,15 @@ def register_plugins() -> None:
     Fluorspar's own functions do without. To stock integrators the plugin is a diffuse surface with the
     reflectance S, under its coat if it has one: a preview without the luminescence.
 
-    Parameters of the plugin
-    ------------------------
+    Raises
+    ------
+    RuntimeError
+        From Mitsuba, if no variant is set.
+
+    Notes
+    -----
+    Parameters of the plugin:
+
     reflectance : spectrum
         S, the reflected radiance factor.
     emission, excitation : spectrum
@@ -43,11 +50,6 @@ def register_plugins() -> None:
         Scales the luminescence; default 1. A picture makes a print of the dye.
     int_ior, ext_ior, alpha, distribution : float, float, float, string
         A clear coat, as that of `plastic`, or with a roughness as that of `roughplastic`; default: none.
-
-    Raises
-    ------
-    RuntimeError
-        From Mitsuba, if no variant is set.
 
     Examples
     --------
