@@ -163,6 +163,7 @@ class PathsWriter:
 
     def keep(self) -> None:
         """Close the file and give it its name."""
+        self._file.attrs["pixels"] = sum(self.written.values())
         self._close()
         self._check()
         try:
@@ -360,7 +361,7 @@ def _job(file: Any) -> tuple[RenderJob, dict[str, str] | None]:
 
 
 def _check_runs(chunks: PathsInFile, job: RenderJob) -> None:
-    """Refuse runs of pixels that overlap, or lie beyond the image."""
+    """Refuse runs of pixels that overlap, lie beyond the image or are not all there."""
     settings, at = job.scene.settings, 0
     for name in chunks._groups:
         attrs = chunks._file["chunks"][name].attrs
@@ -369,6 +370,9 @@ def _check_runs(chunks: PathsInFile, job: RenderJob) -> None:
         at = int(attrs["first_pixel"]) + int(attrs["pixels"])
     if not 0 < at <= settings.width * settings.height:
         raise ValueError(f"paths up to pixel {at} of {settings.width * settings.height}")
+    written = int(chunks._file.attrs.get("pixels", at))
+    if chunks.pixels != written:
+        raise ValueError(f"paths of {chunks.pixels} pixels, where {written} were written")
 
 
 def _checksum_of(chunk: PackedChunk) -> int:
