@@ -67,8 +67,8 @@ def as_seen(scene: Scene, attrs: Mapping[str, Any]) -> Scene:
     """
     from fluorspar.scene.camera import seen_from
 
-    moved = "camera" in attrs and attrs.get("method") in METHODS
-    return seen_from(scene, str(attrs["camera"])) if moved else scene
+    camera = attrs.get("camera")  # None in images of light paths that were never saved
+    return seen_from(scene, str(camera)) if camera and attrs.get("method") in METHODS else scene
 
 
 def built_in_scene(attrs: Mapping[str, Any], *, required: bool = False) -> Scene | None:
