@@ -244,7 +244,7 @@ def mesh(work: Workshop) -> Made:
 def emitters(work: Workshop) -> Made:
     """What the green wall alone adds to the white surfaces and the blocks at 540 nm, with 8 x 8 and with 16 x 16
     emitters: the root mean square difference over blocks of 4 x 4 pixels, over the mean. Noise is taken out: the
-    product of two independent differences has none on average. The error is from 16 parts of the image. In
+    product of two independent differences has none on average. The error is from parts of the image, 16 if it is large. In
     parentheses what one pair of renders shows, noise included, over blocks and over pixels."""
     pixels = work.sizes.finding_pixels // 2
     scene = fluorspar.load_scene("cornell-box", materials={"left-wall": "cornell-red"})
@@ -266,8 +266,9 @@ def emitters(work: Workshop) -> Made:
     tiles = rest.reshape(pixels // TILE, TILE, pixels // TILE, TILE).all(axis=(1, 3))
     by_tile = by_pixel.reshape(-1, pixels // TILE, TILE, pixels // TILE, TILE).mean(axis=(2, 4))[:, tiles]
     pairs = [a * b for i, a in enumerate(by_tile) for b in by_tile[i + 1 :]]
-    parts = np.array([part.mean() for part in np.array_split(np.mean(pairs, axis=0), 16)])
-    square, error = float(parts.mean()), float(parts.std(ddof=1) / 4)
+    squares = np.mean(pairs, axis=0)
+    parts = np.array([part.mean() for part in np.array_split(squares, min(16, len(squares)))])
+    square, error = float(squares.mean()), float(parts.std(ddof=1) / np.sqrt(len(parts)))
     value = np.sqrt(max(square, 0.0))
     found = (
         f"{value:.4f} ± {error / (2 * value):.4f}" if square > error else f"below {np.sqrt(2 * error):.3f}"
