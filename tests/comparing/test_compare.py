@@ -249,11 +249,11 @@ class TestColour:
         found = compare(a, b)
         assert found.value("rmse") == pytest.approx(0.1)
         assert json.loads(found.to_json())["images"]["de00_mean"] is None
-        assert "CIEDE2000 cannot be had: in these bands the white has no Z." in found.notes
-        assert "CIEDE2000    cannot be had" in found.text()
-        with pytest.raises(OptionError, match="de00 cannot be had"):
+        assert "CIEDE2000 cannot be computed: in these bands the white has no Z." in found.notes
+        assert "CIEDE2000    cannot be computed" in found.text()
+        with pytest.raises(OptionError, match="de00 cannot be computed"):
             found.value("de00")
-        assert "cannot be had" in report(found)
+        assert "cannot be computed" in report(found)
         encode(comparison_figure(found))
 
     def test_the_range_of_the_sums_is_that_of_the_bands(self):

@@ -42,9 +42,9 @@ LightOption: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
         metavar="ID=NAME|FILE|FACTOR",
-        help="Give a light another spectrum, or multiply it, or both: ID=NAMExFACTOR, such as lamp=FL11x0.5. By "
-        "the id of the light or of its shape. An illuminant gets the luminance of the light it replaces. "
-        "May be repeated.",
+        help="Give a light another spectrum, or multiply it by a factor, or both: lamp=FL11, lamp=0.5, lamp=FL11x0.5. "
+        "ID is that of the light or of its shape. An illuminant gets the luminance of the light that it "
+        "replaces. May be repeated.",
     ),
 ]
 
@@ -52,7 +52,7 @@ SameLuminanceOption: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--same-luminance",
-        help="Give lamps from files the luminance of the light they replace, as illuminants always get it.",
+        help="Scale lamps from files to the luminance of the light that they replace, as illuminants always are.",
     ),
 ]
 
@@ -65,7 +65,7 @@ TracedExcitationOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="full|grid",
-        help="full: light below the grid excites too, as far as lamps and materials reach; grid: only its own does. "
+        help="full: light of shorter wavelengths than the grid excites, too; grid: only light on the grid does. "
         "[default: as traced]",
     ),
 ]

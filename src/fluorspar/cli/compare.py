@@ -53,19 +53,24 @@ def compare(
         ),
     ] = None,
     points: Annotated[
-        Path | None, typer.Option(help="Points file: point, x, y (pixels) or point, x, y, z (scene).")
+        Path | None,
+        typer.Option(
+            help="CSV file with columns point, x, y (pixels) or point, x, y, z (scene), as for 'fluorspar measure'."
+        ),
     ] = None,
     match: Annotated[
         str,
         typer.Option(
             metavar="none|luminance|POINT",
-            help="How the scale of B is matched to A; a point: each side is divided by its own mean there (Eq. 14).",
+            help="How the scale of B is matched to that of A: not at all; by the mean luminance; or at a POINT, where "
+            "each side is divided by its own mean (Eq. 14).",
         ),
     ] = "none",
     white: Annotated[
         str | None,
         typer.Option(
-            metavar="POINT|ILLUMINANT", help="White of CIELAB. [default: the point of --match, or else D65]"
+            metavar="POINT|ILLUMINANT",
+            help="White of CIELAB, for both sides. [default: the point of --match, else D65]",
         ),
     ] = None,
     observer: ObserverOption = "2",
@@ -73,7 +78,7 @@ def compare(
         str | None,
         typer.Option(
             metavar="START:STOP:STEP",
-            help="Grid in nm, within the data of both. [default: the coarser of both]",
+            help="Grid in nm, within the data of both. [default: the coarser grid of both]",
         ),
     ] = None,
     bandwidth_a: Annotated[
@@ -90,23 +95,27 @@ def compare(
     component: Annotated[
         str | None,
         typer.Option(
-            help=f"Of images: {A_COMPONENT} "
+            help=f"Compare only a component of the images, {A_COMPONENT} "
             "[default: all, or single_bounce if only one image holds reexcitation]"
         ),
     ] = None,
     adapt: Annotated[
-        bool, typer.Option("--adapt", help="Show the white of CIELAB as white in the pictures (Bradford).")
+        bool,
+        typer.Option(
+            "--adapt", help="Show the white of CIELAB as white in the pictures, by Bradford adaptation."
+        ),
     ] = False,
     fail_above: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NUMBER=LIMIT",
-            help="Exit with 1 beyond a limit: rmse (mean of that of each point or pixel), rmse_eq14 (one root over "
-            "all points), rmse_max, de00, de00_max, bias, noise_z. May be repeated.",
+            help="Exit with 1 above a limit: rmse (mean over points or pixels), rmse_eq14 (one root over all points), "
+            "rmse_max, de00 (mean CIEDE2000), de00_max, bias, noise_z (greatest deviation in standard errors). May be "
+            "repeated.",
         ),
     ] = None,
 ) -> None:
-    """Compare spectra: RMSE of each point and, with --match POINT, of all (Eq. 14), CIEDE2000, bias, share of noise."""
+    """Compare the spectra of two images or tables: RMSE (Eq. 14), CIEDE2000, bias, and how much of it is noise."""
     from fluorspar.cli.options import limits_of, scene_named
     from fluorspar.cli.targets import check_files
     from fluorspar.colour.observers import observer_named

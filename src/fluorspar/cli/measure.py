@@ -16,14 +16,25 @@ from fluorspar.image.formats.registry import SUFFIXES
 
 __all__ = ["measure"]
 
-_EXAMPLES = """Example:  fluorspar measure box.nc points.csv -o spectra.csv -o spectra.png --normalise 12"""
+_EXAMPLES = """Example:  fluorspar measure box.nc points.csv -o spectra.csv -o spectra.png --normalise 12
+
+A points file is a table such as:
+
+\b
+  point,x,y
+  1,18,90
+  12,96,176
+
+x and y are pixels, from the left and from the top; with a column z they are a position in the scene."""
 
 
 def measure(
     image: Annotated[Path, typer.Argument(help=f"A spectral image ({', '.join(SUFFIXES)}).")],
     points: Annotated[
         Path,
-        typer.Argument(help="Points file: point, x, y (pixels) or point, x, y, z (scene)[, white][, note]."),
+        typer.Argument(
+            help="CSV file with columns point, x, y (pixels) or point, x, y, z (scene); also white, note."
+        ),
     ],
     output: Annotated[
         list[Path] | None,
@@ -31,22 +42,27 @@ def measure(
             "-o",
             "--output",
             metavar="FILE",
-            help=f"File to write: .csv (tidy), or {', '.join(FORMATS)} (a panel a point). May be repeated.",
+            help=f"File to write: .csv, a row for each point and wavelength; or {', '.join(FORMATS)}, a panel for each "
+            "point. May be repeated.",
         ),
     ] = None,
     scene: CameraOption = None,
     define: DefineOption = None,
     aperture: ApertureOption = None,
     bandwidth: Annotated[
-        float, typer.Option(help="FWHM in nm of the instrument's triangular bands; 0: none.")
+        float, typer.Option(help="FWHM in nm of the instrument's triangular bands; 0: samples as they are.")
     ] = 0.0,
     normalise: Annotated[
-        str, typer.Option(metavar="none|luminance|POINT", help="By a white reference, or the mean luminance.")
+        str,
+        typer.Option(
+            metavar="none|luminance|POINT",
+            help="Divide all spectra by the mean of a POINT over 400-700 nm, or by the mean luminance.",
+        ),
     ] = "none",
-    component: Annotated[str | None, typer.Option(help=f"Only {A_COMPONENT}")] = None,
+    component: Annotated[str | None, typer.Option(help=f"Measure only a component, {A_COMPONENT}")] = None,
     observer: ObserverOption = "2",
 ) -> None:
-    """Measure the spectra of points: mean under an aperture, with its standard error."""
+    """Measure the spectra at points of an image, as a spectroradiometer does: means over an aperture, with errors."""
     from math import isfinite
 
     from rich.markup import escape

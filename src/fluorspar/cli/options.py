@@ -47,7 +47,7 @@ __all__ = [
     "white_of",
 ]
 
-A_COMPONENT = "a component; single_bounce, reflected or luminescent; or a sum of some: A+B."
+A_COMPONENT = "such as direct_luminescence; single_bounce, reflected or luminescent; or a sum A+B."
 
 ResumeOption: TypeAlias = Annotated[
     bool,
@@ -60,7 +60,8 @@ LibraryOption: TypeAlias = Annotated[
     typer.Option(
         "--library",
         metavar="DIR",
-        help="A folder with materials of your own. May be repeated; the variable FLUORSPAR_MATERIALS does the same.",
+        help="A folder with material files of your own. May be repeated; the environment variable "
+        "FLUORSPAR_MATERIALS does the same.",
     ),
 ]
 
@@ -77,7 +78,7 @@ ExcitationOption: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="full|grid",
-        help="full: light below the grid excites too, as far as lamps and materials reach; grid: only its own does.",
+        help="full: light of shorter wavelengths than the grid excites, too; grid: only light on the grid does.",
     ),
 ]
 
@@ -85,18 +86,26 @@ ApertureOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="DIAMETER",
-        help="At points: such as 0.125deg or 3px. [default: 0.125deg if the scene is known]",
+        help="Diameter of the area that is measured around a point, such as 0.125deg or 3px. "
+        "[default: 0.125deg if the scene is known, else 1px]",
     ),
 ]
 
 CameraOption: TypeAlias = Annotated[
     str | None,
-    typer.Option("--scene", help="Scene of the images, for its camera. [default: the built-in they name]"),
+    typer.Option(
+        "--scene",
+        help="Scene that the image shows, for points in the scene and angles. [default: the built-in it names]",
+    ),
 ]
 
 DefineOption: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in the file of --scene. May be repeated."),
+    typer.Option(
+        "-D",
+        metavar="KEY=VALUE",
+        help="Value of a $KEY in the scene file, as at the render. May be repeated.",
+    ),
 ]
 
 ImagesOption: TypeAlias = Annotated[
@@ -113,12 +122,12 @@ StokesOption: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="half|strict",
-        help="half: excitation at the emission wavelength counts half; strict: not at all.",
+        help="Excitation at the emission wavelength itself: half: counts half; strict: not at all.",
     ),
 ]
 
 ComponentErrorsOption: TypeAlias = Annotated[
-    bool, typer.Option("--component-errors", help="A standard error for each component too.")
+    bool, typer.Option("--component-errors", help="Compute a standard error for each component, too.")
 ]
 
 DenoiseOption: TypeAlias = Annotated[
@@ -140,8 +149,8 @@ ExposureOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="same|FACTOR|IMAGE",
-        help="Of pictures: one for all of them. A factor in m2/cd; or that of the picture of a spectral image, so that "
-        "two images can be compared; same: that of the total, for components too. [default: each its own]",
+        help="Exposure of all pictures: a factor in m2/cd; a spectral image (its exposure is used, so that both can be "
+        "compared); or same: that of the total, for components, too. [default: each picture has its own]",
     ),
 ]
 

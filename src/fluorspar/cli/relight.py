@@ -52,14 +52,16 @@ def relight(
         list[str] | None,
         typer.Option(
             metavar="ID=NAME|FILE",
-            help="Give a surface another material, by shape or BSDF id. May be repeated.",
+            help="Give a surface another material, by the id of its shape or BSDF: a name, a file, or a mixture "
+            "X:0.3,Y:0.7. May be repeated.",
         ),
     ] = None,
     concentration: Annotated[
         list[str] | None,
         typer.Option(
             metavar="ID=FACTOR",
-            help="Multiply the luminescence of a surface, by shape or BSDF id. May be repeated.",
+            help="Multiply the luminescence of a surface, by the id of its shape or BSDF. 0: none, its reflectance "
+            "stays. May be repeated.",
         ),
     ] = None,
     same_luminance: SameLuminanceOption = False,
@@ -73,7 +75,7 @@ def relight(
         str | None,
         typer.Option(
             "--scene",
-            help="For --denoise: the scene that was traced. [default: the built-in it names, or none]",
+            help="For --denoise: the scene that was traced. [default: the built-in that PATHS name, else none]",
         ),
     ] = None,
     define: DefineOption = None,
@@ -81,7 +83,7 @@ def relight(
     exposure: ExposureOption = None,
     threads: ThreadsOption = None,
 ) -> None:
-    """Compute an image of light paths, with other lights, materials and wavelengths; nothing is traced."""
+    """Compute an image of kept light paths, with other lights, materials or wavelengths; nothing is traced again."""
     from fluorspar.cli.options import scene_named
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images, stream_target

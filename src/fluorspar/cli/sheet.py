@@ -41,8 +41,8 @@ _EXAMPLES = """Examples:
 
   fluorspar sheet box.paths --light light=D65,FL11x0.5 --concentration left-wall=0,0.5,1 --points p.csv -o table.csv
 
-The parts of a mixture, which have weights, stay together: left-wall=poster-red,poster-red:0.3,poster-green:0.7 are two
-materials. An option that is repeated for the same id adds to its list."""
+A mixture is one entry of a list: left-wall=poster-red,poster-red:0.3,poster-green:0.7 are two materials, the second a
+mixture. An option that is repeated for the same id adds to its list."""
 
 
 def sheet(
@@ -53,15 +53,16 @@ def sheet(
             "-o",
             "--output",
             metavar="FILE",
-            help="File to write: .png, the pictures; .csv, XYZ, L*a*b*, CIEDE2000 from the first combination, and the "
-            "share of luminescence. May be repeated.",
+            help="File to write: .png, the pictures; .csv, a table of XYZ in cd/m2, L*a*b*, CIEDE2000 from the first "
+            "combination, and the luminescent share of the luminance. May be repeated.",
         ),
     ],
     light: Annotated[
         list[str] | None,
         typer.Option(
             metavar="ID=A,B,...",
-            help="Lights to combine: names, files, factors, or NAMExFACTOR, such as lamp=D65,A,lamp.csv,0.5,FL11x2. "
+            help="Lights to combine, by the id of the light: names, files, factors, or NAMExFACTOR, such as "
+            "lamp=D65,A,lamp.csv,0.5,FL11x2. "
             "May be repeated.",
         ),
     ] = None,
@@ -69,14 +70,15 @@ def sheet(
         list[str] | None,
         typer.Option(
             metavar="ID=A,B,...",
-            help="Materials to combine: names, files, or mixtures X:0.3,Y:0.7. May be repeated.",
+            help="Materials to combine, by the id of the shape or BSDF: names, files, or mixtures X:0.3,Y:0.7. May be "
+            "repeated.",
         ),
     ] = None,
     concentration: Annotated[
         list[str] | None,
         typer.Option(
             metavar="ID=A,B,...",
-            help="Factors on the luminescence of a surface to combine. May be repeated.",
+            help="Factors on the luminescence of a surface to combine; 0: none. May be repeated.",
         ),
     ] = None,
     same_luminance: SameLuminanceOption = False,
@@ -84,7 +86,8 @@ def sheet(
     points: Annotated[
         Path | None,
         typer.Option(
-            help="Points file: point, x, y (pixels) or point, x, y, z (scene). [default: the whole picture]"
+            help="Measure at these points: CSV file with columns point, x, y (pixels) or point, x, y, z (scene). "
+            "[default: the whole picture]"
         ),
     ] = None,
     scene: CameraOption = None,
@@ -94,14 +97,14 @@ def sheet(
         str | None,
         typer.Option(
             metavar="POINT|ILLUMINANT",
-            help="White of CIELAB, one for all: a point of the first combination, or an illuminant. [default: D65]",
+            help="White of CIELAB, for all combinations: a point of the first one, or an illuminant. [default: D65]",
         ),
     ] = None,
     exposure: Annotated[
         str,
         typer.Option(
             metavar="same|each|FACTOR",
-            help="One exposure for all pictures, each its own, or a factor in m2/cd.",
+            help="same: one exposure for all pictures; each: every picture has its own; or a factor in m2/cd.",
         ),
     ] = "same",
     wavelengths: GridOption = None,
@@ -111,7 +114,7 @@ def sheet(
         bool, typer.Option("--yes", help="Compute more than 64 combinations without asking.")
     ] = False,
 ) -> None:
-    """Show all combinations of lights, materials and concentrations, and measure them; nothing is traced."""
+    """Show and measure all combinations of lights, materials and concentrations of kept light paths."""
     from fluorspar.cli.options import scene_named
     from fluorspar.cli.targets import check_files
     from fluorspar.paths.light_paths import load_paths

@@ -262,7 +262,7 @@ def _of_colour(grid: Wavelengths, observer: str, white: NDArray[np.float64]) -> 
     ]
     if not has_colour(white):
         missing = " and ".join(axis for axis, value in zip("XYZ", white, strict=True) if not value > 0)
-        notes.append(f"CIEDE2000 cannot be had: in these bands the white has no {missing}.")
+        notes.append(f"CIEDE2000 cannot be computed: in these bands the white has no {missing}.")
     return notes
 
 

@@ -258,7 +258,7 @@ class Comparison:
         results = self.main.as_dict()
         number = abs(float(results[{"de00": "de00_mean"}.get(name, name)]))
         if math.isnan(number):
-            raise OptionError(message(f"{name} cannot be had", got="; ".join(self.notes[-3:])))
+            raise OptionError(message(f"{name} cannot be computed", got="; ".join(self.notes[-3:])))
         return number
 
     def as_dict(self) -> dict[str, Any]:
@@ -315,7 +315,9 @@ def _lines(part: PointComparison | ImageComparison, one: str) -> list[str]:
     for label, key, mean in (("mean RMSE", "rmse", "rmse"), ("CIEDE2000", "de00", "de00_mean")):
         spread = f"(95 % below {results[f'{key}_95']:.4g}, greatest {results[f'{key}_max']:.4g})"
         known = not math.isnan(results[mean])
-        lines.append(f"  {label:<12} " + (f"{results[mean]:.5g}   {spread}" if known else "cannot be had"))
+        lines.append(
+            f"  {label:<12} " + (f"{results[mean]:.5g}   {spread}" if known else "cannot be computed")
+        )
     lines.append(f"  {'bias':<12} {100 * results['bias']:+.3g} %")
     if part.noise is not None:
         lines.append(f"  {'noise':<12} {noise_sentence(part.noise)}")

@@ -154,7 +154,7 @@ def has_colour(white: Array) -> bool:
 
 
 def lab_of(xyz: ArrayLike, white: Array) -> Array:
-    """Return CIELAB as `lab_from_xyz` does; NaN if it cannot be had with this white.
+    """Return CIELAB as `lab_from_xyz` does; NaN if it cannot be computed with this white.
 
     Examples
     --------

@@ -88,7 +88,9 @@ def _histogram(panel: Axes, images: ImageComparison) -> None:
     put_title(panel, "pixels below, %")
     panel.set_box_aspect(_shape(images.rmse))
     if not values.size:
-        panel.text(0.5, 0.5, "CIEDE2000 cannot be had", ha="center", va="center", transform=panel.transAxes)
+        panel.text(
+            0.5, 0.5, "CIEDE2000 cannot be computed", ha="center", va="center", transform=panel.transAxes
+        )
         panel.set(xticks=[], yticks=[])
         return
     share = np.linspace(0, 100, min(len(values), 1000))

@@ -177,7 +177,7 @@ def _point_parts(comparison: Comparison, points: PointComparison) -> list[str]:
 
 
 def _number(value: float, unit: str = "") -> str:
-    return f"{value:.4g}{unit}" if math.isfinite(value) else "cannot be had"
+    return f"{value:.4g}{unit}" if math.isfinite(value) else "cannot be computed"
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

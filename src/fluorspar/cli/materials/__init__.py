@@ -16,8 +16,9 @@ from fluorspar.cli.materials.show import show
 __all__ = ["materials"]
 
 materials = typer.Typer(
-    help="Materials: the library, measured matrices, fits, dyes, and colours under lamps.\n\n"
-    "Example:  fluorspar materials list",
+    help="List, inspect, fit and export materials, and compute their colours under lamps.\n\n"
+    "Example:  fluorspar materials list\n\n"
+    "Example:  fluorspar materials colour poster-red --illuminant A",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -25,7 +26,7 @@ materials = typer.Typer(
 
 @materials.callback()
 def _materials() -> None:
-    """Materials: the library, measured matrices, fits, dyes, and colours under lamps."""
+    """List, inspect, fit and export materials, and compute their colours under lamps."""
 
 
 materials.command("list")(list_materials)

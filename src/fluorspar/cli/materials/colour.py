@@ -38,12 +38,15 @@ def colour(
         ),
     ] = None,
     uv_cut: Annotated[
-        float | None, typer.Option(metavar="NM", help="Filter out what is below this wavelength.")
+        float | None,
+        typer.Option(
+            metavar="NM", help="Put a filter before the lamp that blocks shorter wavelengths than this."
+        ),
     ] = None,
     condition: Annotated[
         str | None,
         typer.Option(
-            metavar="M0|M1|M2", help="Measured and calculated as ISO 13655 says, instead of an illuminant."
+            metavar="M0|M1|M2", help="Instead of an illuminant: measurement condition of ISO 13655."
         ),
     ] = None,
     observer: Annotated[
@@ -57,31 +60,32 @@ def colour(
         str | None,
         typer.Option(
             metavar="START:STOP:STEP",
-            help="Wavelength grid in nm. [default: 300:780:5, or as fine as the lamp]",
+            help="Wavelength grid in nm. [default: 300:780:5, with the step of the lamp's table if that is finer]",
         ),
     ] = None,
     plain_srgb: Annotated[
         bool,
         typer.Option(
             "--plain-srgb",
-            help="sRGB of XYZ as it is: eye not adapted to the lamp, nothing fitted into sRGB.",
+            help="sRGB of XYZ without adaptation to the lamp, and without fitting into the gamut.",
         ),
     ] = False,
     stokes_side: Annotated[
         bool,
         typer.Option(
-            "--stokes-side", help="Leave out the cells of a measured matrix above its diagonal: noise."
+            "--stokes-side",
+            help="Leave out the cells of a measured matrix above its diagonal, which are noise.",
         ),
     ] = False,
     excitation: ExcitationOption = "full",
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE.csv", help="Write the radiance factors to this file."),
+        typer.Option("-o", "--output", metavar="FILE.csv", help="Write the radiance factors to this table."),
     ] = None,
     plot: PlotOption = None,
     library: LibraryOption = None,
 ) -> None:
-    """Say the colour under a lamp. XYZ, CIELAB, sRGB, whiteness, what is reflected and what luminesces.
+    """Compute the colour under a lamp. XYZ, CIELAB, sRGB, whiteness, the reflected and the luminescent part.
 
     Example:  fluorspar materials colour paper-whitened --uv-cut 400
     """

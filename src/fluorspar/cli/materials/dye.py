@@ -16,25 +16,40 @@ __all__ = ["dye"]
 
 def dye(
     excitation: Annotated[
-        Path, typer.Argument(metavar="EXCITATION", help="File: wavelength in nm, value; what is absorbed.")
+        Path,
+        typer.Argument(
+            metavar="EXCITATION", help="Table: wavelength in nm, relative excitation (or absorption)."
+        ),
     ],
-    emission: Annotated[Path, typer.Argument(metavar="EMISSION", help="File: wavelength in nm, value.")],
+    emission: Annotated[
+        Path,
+        typer.Argument(
+            metavar="EMISSION", help="Table: wavelength in nm, relative emission. May be the same file."
+        ),
+    ],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE.csv", help="Material file to write.")
     ],
-    quantum_yield: Annotated[
-        float, typer.Option(metavar="0-1", help="Photons given out per photon absorbed.")
+    quantum_yield: Annotated[float, typer.Option(metavar="0-1", help="Photons emitted per photon absorbed.")],
+    strength: Annotated[
+        float,
+        typer.Option(
+            metavar="0-1", help="Share of the light that the dye absorbs at the peak of the excitation."
+        ),
     ],
-    strength: Annotated[float, typer.Option(metavar="0-1", help="Share of the light absorbed at the peak.")],
     units: Annotated[
         str | None,
-        typer.Option(metavar="photon|energy", help="What files without a line '# units: ...' count."),
+        typer.Option(
+            metavar="photon|energy",
+            help="What the spectra count. Needed for files without a line '# units: ...'.",
+        ),
     ] = None,
     substrate: Annotated[
-        str, typer.Option(metavar="NAME|FILE|NUMBER", help="What is dyed: a material, or its reflectance.")
+        str,
+        typer.Option(metavar="NAME|FILE|NUMBER", help="What is dyed: a material, or a reflectance, 0 to 1."),
     ] = "0.85",
-    description: Annotated[str, typer.Option(help="What it is.")] = "",
-    credit: Annotated[str, typer.Option(help="Who measured it.")] = "",
+    description: Annotated[str, typer.Option(help="What the material is, for its file.")] = "",
+    credit: Annotated[str, typer.Option(help="Who measured it, for its file.")] = "",
     library: LibraryOption = None,
 ) -> None:
     """Make a material of a dye known by its excitation and emission spectrum.

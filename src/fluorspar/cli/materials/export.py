@@ -23,24 +23,22 @@ def export(
         bool,
         typer.Option(
             "--matrix",
-            help="The Donaldson matrix: rows are emission, columns excitation; radiance given out per radiance "
-            "received in a band, the reflectance on the diagonal. Without it: the spectra, as a material file.",
+            help="Write the Donaldson matrix: rows are emission, columns excitation; reflectance on the diagonal, "
+            "elsewhere D_L times the width of a band. Without it: the spectra, as a material file.",
         ),
     ] = False,
     density: Annotated[
         bool,
-        typer.Option(
-            "--density", help="With --matrix: luminescence per nm of excitation instead, beside the diagonal."
-        ),
+        typer.Option("--density", help="With --matrix: D_L itself off the diagonal, in 1/nm of excitation."),
     ] = False,
     wavelengths: Annotated[
-        str, typer.Option(metavar="START:STOP:STEP", help="Of the matrix: its bands, in nm.")
+        str, typer.Option(metavar="START:STOP:STEP", help="With --matrix: its wavelengths in nm.")
     ] = "300:780:5",
     stokes: StokesOption = "half",
     plot: PlotOption = None,
     library: LibraryOption = None,
 ) -> None:
-    """Write a material for other programs: its matrix on a grid, or its spectra; --plot draws the matrix.
+    """Write a material for other programs. Its Donaldson matrix, or its spectra; --plot draws the matrix.
 
     Example:  fluorspar materials export poster-red --matrix --wavelengths 380:780:10 -o matrix.csv --plot matrix.png
     """

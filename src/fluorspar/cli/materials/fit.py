@@ -36,21 +36,22 @@ def fit(
         Path, typer.Option("-o", "--output", metavar="FILE.csv", help="Material file to write.")
     ],
     rank: Annotated[
-        int | None, typer.Option(metavar="K", help="Number of fluorophores. [default: the data decide]")
+        int | None,
+        typer.Option(metavar="K", help="Number of fluorophores. [default: as many as the data justify]"),
     ] = None,
     wavelengths: Annotated[
         str | None,
         typer.Option(
             metavar="START:STOP:STEP",
-            help="Wavelengths of the file in nm. [default: the measured, 300 to 780]",
+            help="Wavelengths of the material file in nm. [default: those of the measurement, from 300 to 780]",
         ),
     ] = None,
     name: Annotated[str, typer.Option(help="Title of the material. [default: the output file's name]")] = "",
-    description: Annotated[str, typer.Option(help="What it is.")] = "",
-    credit: Annotated[str, typer.Option(help="Who measured it.")] = "",
+    description: Annotated[str, typer.Option(help="What the material is, for its file.")] = "",
+    credit: Annotated[str, typer.Option(help="Who measured it, for its file.")] = "",
     plot: PlotOption = None,
 ) -> None:
-    """Make a material of a measured matrix. Reflectance, emission and excitation spectra are fitted to it.
+    """Fit a material to a measured matrix. Reflectance, emission and excitation spectra are fitted.
 
     Example:  fluorspar materials fit sheet.bfc -o my-paint.csv --rank 1
     """

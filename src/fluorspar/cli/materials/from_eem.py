@@ -18,40 +18,52 @@ def from_eem(
     eem: Annotated[
         Path,
         typer.Argument(
-            metavar="EEM", help="File: a table of intensities over emission and excitation in nm."
+            metavar="EEM",
+            help="Table of relative intensities over emission and excitation wavelengths in nm.",
         ),
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE.csv", help="Material file to write.")
     ],
-    quantum_yield: Annotated[
-        float, typer.Option(metavar="0-1", help="Photons given out per photon absorbed.")
-    ],
+    quantum_yield: Annotated[float, typer.Option(metavar="0-1", help="Photons emitted per photon absorbed.")],
     strength: Annotated[
         float | None,
-        typer.Option(metavar="0-1", help="Share of the light absorbed at the peak of the excitation."),
+        typer.Option(
+            metavar="0-1", help="Share of the light that is absorbed at the peak of the excitation."
+        ),
     ] = None,
     reflectance: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Instead of it: reflectance of the sample without its luminescence."
+            metavar="FILE",
+            help="Instead of --strength: table of the reflectance without luminescence, 0 to 1.",
         ),
     ] = None,
     units: Annotated[
         str | None,
-        typer.Option(metavar="photon|energy", help="What an EEM without a line '# units: ...' counts."),
+        typer.Option(
+            metavar="photon|energy",
+            help="What the EEM counts. Needed for files without a line '# units: ...'.",
+        ),
     ] = None,
     substrate: Annotated[
-        str, typer.Option(metavar="NAME|FILE|NUMBER", help="What is dyed, with --strength.")
+        str,
+        typer.Option(
+            metavar="NAME|FILE|NUMBER",
+            help="With --strength: what is dyed, a material or a reflectance, 0 to 1.",
+        ),
     ] = "0.85",
     scatter: Annotated[
-        float, typer.Option(metavar="NM", help="Leave out cells as near to Rayleigh and Raman scatter.")
+        float,
+        typer.Option(
+            metavar="NM", help="Leave out cells within this distance of Rayleigh and Raman scatter."
+        ),
     ] = 15.0,
-    description: Annotated[str, typer.Option(help="What it is.")] = "",
-    credit: Annotated[str, typer.Option(help="Who measured it.")] = "",
+    description: Annotated[str, typer.Option(help="What the material is, for its file.")] = "",
+    credit: Annotated[str, typer.Option(help="Who measured it, for its file.")] = "",
     library: LibraryOption = None,
 ) -> None:
-    """Make a material of an EEM in relative units and a quantum yield.
+    """Make a material of an EEM and a quantum yield. EEM: excitation-emission matrix, in relative units.
 
     Example:  fluorspar materials from-eem dye.csv --quantum-yield 0.8 --strength 0.5 --units photon -o dyed.csv
     """

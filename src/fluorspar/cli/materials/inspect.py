@@ -35,19 +35,20 @@ def inspect(
         str,
         typer.Argument(
             metavar="FILE|NAME",
-            help=f"A measured matrix or a material file ({', '.join(SUFFIXES)}), or a name.",
+            help=f"A measured matrix or a material file ({', '.join(SUFFIXES)}), or the name of a material.",
         ),
     ],
     plot: PlotOption = None,
     yields: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE.csv", help="Write photon and energy yield of every excitation wavelength here."
+            metavar="FILE.csv",
+            help="Write the photon and energy yield of every excitation wavelength to this table.",
         ),
     ] = None,
     library: LibraryOption = None,
 ) -> None:
-    """Say what a file holds. Checks, noise, yields, how well 1, 2, ... fluorophores fit, colours under lamps.
+    """Inspect a measured matrix. Checks, noise, yields, fits of 1, 2, ... fluorophores, colours.
 
     Example:  fluorspar materials inspect sheet.bfc --plot sheet.png --yields yields.csv
     """

@@ -17,10 +17,10 @@ __all__ = ["list_materials"]
 
 
 def list_materials(
-    credit: Annotated[bool, typer.Option("--credit", help="Say where each one comes from.")] = False,
+    credit: Annotated[bool, typer.Option("--credit", help="Also say whose measurement each one is.")] = False,
     library: LibraryOption = None,
 ) -> None:
-    """List the materials. Colour under D65, name, peaks of excitation and emission, what it is; and what is none.
+    """List the materials. Colour under D65, name, peaks of excitation and emission in nm; files that cannot be read.
 
     Example:  fluorspar materials list --library ~/paints
     """

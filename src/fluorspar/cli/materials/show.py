@@ -11,7 +11,7 @@ __all__ = ["show"]
 
 
 def show(name: MaterialArgument, plot: PlotOption = None, library: LibraryOption = None) -> None:
-    """Describe a material. What it is, what its data cover, where it fluoresces, its colour; or draw it.
+    """Describe a material. Source, range of the data, peaks, photon yield, colour under D65; --plot draws its spectra.
 
     Example:  fluorspar materials show poster-red --plot poster-red.png
     """
