@@ -42,8 +42,9 @@ LightOption: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
         metavar="ID=NAME|FILE|FACTOR",
-        help="Give a light another spectrum, or multiply it, or both: ID=NAMExFACTOR, such as lamp=FL11x0.5. By "
-        "the id of the light or of its shape. An illuminant gets the luminance of the light it replaces. "
+        help="Give a light another spectrum (an illuminant or a file), multiply it, or both: ID=NAMExFACTOR, such as "
+        "lamp=FL11x0.5. ID is that of the light or of its shape. An illuminant gets the luminance of the light it "
+        "replaces. "
         "May be repeated.",
     ),
 ]
@@ -65,8 +66,8 @@ TracedExcitationOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="full|grid",
-        help="full: light below the grid excites too, as far as lamps and materials reach; grid: only its own does. "
-        "[default: as traced]",
+        help="Which light excites. full: also that of shorter wavelengths than the grid's, as far down as lamps and "
+        "materials reach; grid: only that of the grid. [default: as traced]",
     ),
 ]
 

@@ -47,12 +47,14 @@ __all__ = [
     "white_of",
 ]
 
-A_COMPONENT = "a component; single_bounce, reflected or luminescent; or a sum of some: A+B."
+A_COMPONENT = "a component ('fluorspar info' lists them); single_bounce, reflected or luminescent; or a sum of some: A+B."
 
 ResumeOption: TypeAlias = Annotated[
     bool,
     typer.Option(
-        "--resume", help="Go on with what an interrupted run has left of the file, if it has left anything."
+        "--resume",
+        help="Continue an interrupted run of the same command. Begins anew if there is none; does nothing "
+        "if the file is complete.",
     ),
 ]
 LibraryOption: TypeAlias = Annotated[
@@ -60,7 +62,8 @@ LibraryOption: TypeAlias = Annotated[
     typer.Option(
         "--library",
         metavar="DIR",
-        help="A folder with materials of your own. May be repeated; the variable FLUORSPAR_MATERIALS does the same.",
+        help="A folder with materials of your own. May be repeated; the environment variable "
+        "FLUORSPAR_MATERIALS does the same.",
     ),
 ]
 
@@ -77,7 +80,8 @@ ExcitationOption: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="full|grid",
-        help="full: light below the grid excites too, as far as lamps and materials reach; grid: only its own does.",
+        help="Which light excites. full: also that of shorter wavelengths than the grid's, as far down as lamps and "
+        "materials reach; grid: only that of the grid.",
     ),
 ]
 
@@ -113,19 +117,23 @@ StokesOption: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="half|strict",
-        help="half: excitation at the emission wavelength counts half; strict: not at all.",
+        help="Whether light excites emission of its own wavelength. half: with half the weight; strict: not at all.",
     ),
 ]
 
 ComponentErrorsOption: TypeAlias = Annotated[
-    bool, typer.Option("--component-errors", help="A standard error for each component too.")
+    bool,
+    typer.Option(
+        "--component-errors", help="Compute a standard error for each component too, not only for the total."
+    ),
 ]
 
 DenoiseOption: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--denoise",
-        help="Take the noise out (needs fluorspar[denoise]); the image must fit into memory. See 'fluorspar denoise'.",
+        help="Denoise the image; it must fit into memory. Needs 'pip install \"fluorspar[denoise]\"'; see "
+        "'fluorspar denoise'.",
     ),
 ]
 
@@ -133,15 +141,17 @@ PicturesOption: TypeAlias = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Also write a PNG of every component into this folder.")
 ]
 
-ThreadsOption: TypeAlias = Annotated[int | None, typer.Option(help="Threads to use. [default: all cores]")]
+ThreadsOption: TypeAlias = Annotated[
+    int | None, typer.Option(help="Processor threads to use. [default: one for each core]")
+]
 
 
 ExposureOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="same|FACTOR|IMAGE",
-        help="Of pictures: one for all of them. A factor in m2/cd; or that of the picture of a spectral image, so that "
-        "two images can be compared; same: that of the total, for components too. [default: each its own]",
+        help="One exposure for all pictures. FACTOR: in m2/cd; IMAGE: that of the picture of this spectral image, so "
+        "that two can be compared; same: that of the total, for components too. [default: each its own]",
     ),
 ]
 
