@@ -13,8 +13,8 @@ from fluorspar.image.formats.registry import SUFFIXES
 
 __all__ = ["denoise"]
 
-_EXAMPLES = """The error that is left is estimated; neighbouring pixels share it, so averaging over them does not make it
-smaller. Needs 'pip install "fluorspar[denoise]"'.
+_EXAMPLES = """The error that is left is estimated; neighbouring pixels share it, so averaging over them does not make
+it smaller. Needs 'pip install "fluorspar[denoise]"'.
 
 Examples:
 
