@@ -198,7 +198,7 @@ def render(
     timings: Annotated[
         bool,
         typer.Option(
-            "--timings", help="Print the time of each stage in seconds; staged: also relative to component 1."
+            "--timings", help="Print the time of each stage, in seconds; staged: relative to component 1."
         ),
     ] = False,
 ) -> None:
