@@ -47,7 +47,9 @@ __all__ = [
     "white_of",
 ]
 
-A_COMPONENT = "a component ('fluorspar info' lists them); single_bounce, reflected or luminescent; or a sum: A+B."
+A_COMPONENT = (
+    "a component ('fluorspar info' lists them); single_bounce, reflected or luminescent; or a sum: A+B."
+)
 
 ResumeOption: TypeAlias = Annotated[
     bool,
