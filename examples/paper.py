@@ -3,8 +3,8 @@ Fluorescent Objects Using a Conventional Renderer", IEEE TVCG 2026, doi 10.1109/
 
     python examples/paper.py [-o out/paper] [--quick | --tiny] [--only 9,17,times] [--bunny FILE] [--list]
 
-Pictures, numbers and an index page, `index.html`, go into the output folder. A step that fails or is interrupted costs
-no other, and what an earlier run made stays in the index. docs/paper.md says what each step stands for in the paper.
+Pictures, numbers and an index page, `index.html`, go into the output folder. A step that fails or is interrupted does
+not stop the others, and what an earlier run made stays in the index. docs/paper.md says what each step reproduces.
 """
 
 from __future__ import annotations

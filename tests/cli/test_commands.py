@@ -301,7 +301,7 @@ def test_a_fault_of_our_own_has_an_exit_code_of_its_own(
 
 def test_help_lists_the_exit_codes(fluorspar: CommandLine) -> None:
     said = " ".join(fluorspar("--help").out.split())
-    for code in ("0 done", "1 a limit", "2 something to be mended", "70 a fault", "130 interrupted"):
+    for code in ("0 done", "1 a limit", "2 an error in the input", "70 a fault", "130 interrupted"):
         assert code in said
 
 

@@ -12,6 +12,7 @@ import pytest
 from command_line import GOOD, QUICK, CommandLine
 
 from fluorspar import SpectralImage
+from fluorspar.cli import console
 from fluorspar.cli.shown_warnings import ShownWarnings
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
@@ -158,6 +159,19 @@ class TestUsage:
         assert commands.count("\n") > 5
         assert "..." not in commands
         assert all(line.endswith(".") for line in commands.splitlines())
+
+
+def test_progress_is_drawn_on_real_terminals_only(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Jupyter sets FORCE_COLOR in its cells, whose output is a file in which nothing can be drawn over."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with console.progress_bar("rendering") as progress:
+        progress(1, 2)
+    with console.err.status("writing") as status:
+        status.update("still writing")
+    console.note("done")
+    assert capsys.readouterr().err == "done\n"
 
 
 class TestWarnings:

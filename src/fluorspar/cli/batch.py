@@ -16,7 +16,9 @@ __all__ = ["batch"]
 
 _NAMED = 5  # files of one fault
 
-_EXAMPLES = """Example: lamps.toml is
+_EXAMPLES = """After an interruption, or a change of the table, the same command renders what is missing.
+
+Example: lamps.toml is
 
 \b
   output = "lamps/{light}-{concentration:.2f}.nc"
@@ -34,10 +36,10 @@ _EXAMPLES = """Example: lamps.toml is
 
   fluorspar batch lamps.toml
 
-Every value of [product] is combined with every other, and with each table [[rows]] if there are some. Keys are the
-options of 'fluorspar render' (scene, size, spp, seed, wavelengths, max_depth, matte, sensor, until, denoise, ...), and
-D.KEY, light.ID, material.ID, concentration.ID. In a CSV file they are columns, and each line is a render. Names of
-files are relative to the folder of the study."""
+Every value of [product] is combined with every other, and with each table [[rows]] if there are any. Keys are options
+of 'fluorspar render' (scene, size, spp, seed, wavelengths, max_depth, matte, sensor, until, denoise, ...), and D.KEY,
+light.ID, material.ID, concentration.ID. In a CSV file they are the columns, and each line is a render. File names are
+relative to the folder of the study."""
 
 
 def batch(
@@ -48,15 +50,15 @@ def batch(
             "-o",
             "--output",
             metavar="PATTERN",
-            help="Names of the files to write, such as '{scene}-{light}-{seed}.nc', instead of the study's; relative "
-            "to its folder. May be repeated. [default: STUDY-{number}.nc]",
+            help="Pattern of the files to write, such as '{scene}-{light}-{seed}.nc', relative to the "
+            "folder of the study. May be repeated. [default: that of the study, else STUDY-{number}.nc]",
         ),
     ] = None,
     threads: ThreadsOption = None,
     scheduler: SchedulerOption = None,
     workers: WorkersOption = None,
 ) -> None:
-    """Render a table of scenes, lights and materials; what is done is left out, so the same command goes on."""
+    """Render a table of scenes, lights and materials. Images that are done are skipped."""
     from fluorspar.studies.batch import run_study
     from fluorspar.studies.study import read_study
 

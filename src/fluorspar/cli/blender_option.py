@@ -17,7 +17,8 @@ BlenderOption = Annotated[
     str | None,
     typer.Option(
         metavar="PATH",
-        help="Blender 3.4 or newer, or a Python that has bpy. [default: the variable BLENDER, else blender]",
+        help="Blender 3.4 or newer, or a Python that has bpy. [default: the environment variable BLENDER, "
+        "else blender]",
     ),
 ]
 

@@ -42,9 +42,10 @@ LightOption: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
         metavar="ID=NAME|FILE|FACTOR",
-        help="Give a light another spectrum, or multiply it by a factor, or both: lamp=FL11, lamp=0.5, lamp=FL11x0.5. "
-        "ID is that of the light or of its shape. An illuminant gets the luminance of the light that it "
-        "replaces. May be repeated.",
+        help="Give a light another spectrum (an illuminant or a file), multiply it, or both: ID=NAMExFACTOR, such as "
+        "lamp=FL11x0.5. ID is that of the light or of its shape. An illuminant gets the luminance of the light it "
+        "replaces. "
+        "May be repeated.",
     ),
 ]
 
@@ -65,8 +66,8 @@ TracedExcitationOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="full|grid",
-        help="full: light of shorter wavelengths than the grid excites, too; grid: only light on the grid does. "
-        "[default: as traced]",
+        help="Which light excites. full: also that of shorter wavelengths than the grid's, as far down as lamps and "
+        "materials reach; grid: only that of the grid. [default: as traced]",
     ),
 ]
 

@@ -18,6 +18,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.segment import Segment
+from rich.status import Status
 
 from fluorspar.progress import Progress as ProgressCallback
 
@@ -50,6 +51,16 @@ class _Output(Console):
     """
 
     fault: OSError | None = None
+
+    @property
+    def is_animated(self) -> bool:
+        """Whether lines can be drawn over: FORCE_COLOR, as Jupyter sets it, asks for colours and makes no terminal."""
+        return self.is_terminal and self.file.isatty()
+
+    def status(self, *arguments: Any, **options: Any) -> Status:
+        if self.is_animated:
+            return super().status(*arguments, **options)
+        return Console(quiet=True, force_terminal=False).status(*arguments, **options)
 
     def render(self, *arguments: Any, **options: Any) -> Iterator[Segment]:
         for segment in super().render(*arguments, **options):
@@ -114,6 +125,6 @@ def progress_bar(what: str) -> Iterator[ProgressCallback]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
+    with Progress(*columns, console=err, transient=True, disable=not err.is_animated) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

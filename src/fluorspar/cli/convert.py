@@ -26,7 +26,9 @@ _EXAMPLES = """Examples:
 
   fluorspar convert box.nc luminescence.hdr --component luminescent
 
-  fluorspar convert box.nc direct.png --component direct_luminescence+direct_reflection --exposure box.nc
+\b
+  fluorspar convert box.nc direct.png \\
+      --component direct_luminescence+direct_reflection --exposure box.nc
 
   fluorspar convert box.nc box.png --white A"""
 
@@ -38,41 +40,46 @@ def convert(
     ],
     component: Annotated[
         str | None,
-        typer.Option(help=f"Only {A_COMPONENT}"),
+        typer.Option(help=f"Write only {A_COMPONENT}"),
     ] = None,
-    total: Annotated[bool, typer.Option("--total", help="Only the sum of all components.")] = False,
+    total: Annotated[bool, typer.Option("--total", help="Write only the sum of all components.")] = False,
     wavelengths: Annotated[
-        str | None, typer.Option(metavar="START:STOP:STEP", help="Other wavelengths, in nm.")
+        str | None,
+        typer.Option(
+            metavar="START:STOP:STEP", help="Write other wavelengths, in nm. [default: those of the image]"
+        ),
     ] = None,
     bandwidth: Annotated[
         float,
         typer.Option(
-            help="FWHM in nm of triangular bands, at least that of the image; 0: as they are, interpolated linearly."
+            help="Write triangular bands of this width (FWHM, nm), at least that of the image; 0: interpolate linearly."
         ),
     ] = 0.0,
     compress: Annotated[
         bool,
         typer.Option(
-            "--compress", help="Of a .nc: less than half the size, without loss, but slow to write."
+            "--compress", help="Of a .nc file: less than half the size, without loss, but slower to write."
         ),
     ] = False,
     channel_wavelengths: Annotated[
         str | None,
         typer.Option(
             metavar="START:STOP:STEP|A,B,...",
-            help="Of an .exr whose channels have no wavelengths in their names: these, in nm, in the order of the "
+            help="Wavelengths in nm of the channels of an .exr whose names hold none, in the order of the "
             "numbers in the names.",
         ),
     ] = None,
     white: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME|X,Y,Z", help="Of a .png: the white that the eye is adapted to (Bradford)."
+            metavar="NAME|X,Y,Z",
+            help="Of a .png: the white that the eye is adapted to (Bradford): an illuminant, or XYZ. "
+            "[default: not adapted]",
         ),
     ] = None,
     exposure: ExposureOption = None,
 ) -> None:
-    """Convert a spectral image."""
+    """Convert a spectral image into another format, a picture, some components or other wavelengths."""
     from fluorspar.cli.targets import check_files
     from fluorspar.errors import OptionError, message
     from fluorspar.files.names import text_of

@@ -13,7 +13,10 @@ from fluorspar.image.formats.registry import SUFFIXES
 
 __all__ = ["denoise"]
 
-_EXAMPLES = """Examples:
+_EXAMPLES = """The error that is left is estimated; neighbouring pixels share it, so averaging over them does not make
+it smaller. Needs 'pip install "fluorspar[denoise]"'.
+
+Examples:
 
   fluorspar denoise box.nc -o clean.nc -o clean.png
 
@@ -27,18 +30,15 @@ def denoise(
         str | None,
         typer.Option(
             "--scene",
-            help="What the image was rendered from: its surfaces tell where edges are. [default: the built-in it "
-            "names; without one edges may be softened]",
+            help="The scene that the image was rendered from; it tells where edges are, which are softened without it. "
+            "[default: the built-in scene that the image names]",
         ),
     ] = None,
     define: DefineOption = None,
     pictures: PicturesOption = None,
     threads: ThreadsOption = None,
 ) -> None:
-    """Take the noise out of a spectral image, component by component, spectra kept.
-
-    Its error is estimated: pixels of it share errors. Needs the package of 'pip install "fluorspar[denoise]"'.
-    """
+    """Take the noise out of a spectral image: its total and all components, at all wavelengths."""
     from fluorspar.cli.options import scene_named
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images
@@ -54,4 +54,4 @@ def denoise(
     write_outputs(clean, output, pictures, streamed=False)
 
 
-denoise.__doc__ = f"{denoise.__doc__}\n{_EXAMPLES}"
+denoise.__doc__ = f"{denoise.__doc__}\n\n{_EXAMPLES}"

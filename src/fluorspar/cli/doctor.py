@@ -44,7 +44,7 @@ with use_variant("{variant}"):
 
 
 def doctor() -> None:
-    """Say which LLVM is used, which variants work, what a GPU lacks, versions and cores.
+    """Check this machine: versions, LLVM, which variants of Mitsuba work, and what a GPU lacks.
 
     Example:  fluorspar doctor
     """

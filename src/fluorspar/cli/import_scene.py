@@ -27,12 +27,14 @@ def import_scene(
     ],
     blender: BlenderOption = None,
 ) -> None:
-    """Write a scene for Fluorspar and Mitsuba, from a file of Blender.
+    """Turn a file of Blender into a scene for Fluorspar and Mitsuba.
 
-    Blender runs in the background. What has no counterpart is listed in import.txt, and as warnings. A material
+    Blender runs in the background. What cannot be translated is listed in import.txt, and as warnings. A material
     named 'fluorspar:poster-red', or with a custom property 'fluorspar' of 'poster-red', fluoresces.
 
-    Example:  fluorspar import room.blend -o room && fluorspar render room/scene.xml -o room.nc
+    Example:  fluorspar import room.blend -o room
+
+    Then:  fluorspar render room/scene.xml -o room.nc
     """
     from fluorspar.blender.importing.import_blender import import_blender
 

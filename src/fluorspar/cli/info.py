@@ -31,6 +31,10 @@ def info(
     """Say what an image, a scene or a material holds.
 
     Example:  fluorspar info box.nc
+
+    Example:  fluorspar info cornell-box
+
+    Example:  fluorspar info poster-red
     """
     from fluorspar.scene.builtin import BUILTIN
 

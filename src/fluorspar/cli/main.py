@@ -63,7 +63,7 @@ app = typer.Typer(
     "Example:  fluorspar render cornell-box -o box.nc -o box.png\n\n"
     "Example:  fluorspar view cornell-box\n\n"
     "Exit codes: 0 done; 1 a limit of 'compare --fail-above' is exceeded, or a render of 'batch' failed; "
-    "2 something to be mended by you; "
+    "2 an error in the input, or of the system, which the message explains; "
     "70 a fault of Fluorspar itself; 130 interrupted by Ctrl-C; 143 by SIGTERM.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -71,20 +71,20 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command()(render)
-app.command()(trace)
+app.command(short_help="Trace the light paths of a scene into a file.")(trace)
 app.command(short_help="Compute an image of light paths, with other lights and materials.")(relight)
 app.command(short_help="Show combinations of lights and materials side by side.")(sheet)
 app.command(short_help="Render a table of scenes, lights and materials.")(batch)
 app.command(short_help="Compare the spectra of two images or tables.")(compare)
-app.command()(convert)
+app.command(short_help="Convert a spectral image, or make a picture of it.")(convert)
 app.command(short_help="Take the noise out of a spectral image.")(denoise)
 app.command(short_help="Measure the spectra of points of an image.")(measure)
-app.command(short_help="Open a window on images, light paths and scenes.")(view)
+app.command(short_help="Look at images, light paths and scenes in the browser.")(view)
 app.command(name="import", short_help="Turn a file of Blender into a scene.")(import_scene)
 app.command()(info)
 app.command()(scenes)
 app.add_typer(materials, name="materials", short_help="The library, measured matrices, fits, dyes, colours.")
-app.command(short_help="Say which LLVM is used, and what works here.")(doctor)
+app.command(short_help="Check this machine: versions, LLVM, GPU.")(doctor)
 
 
 def _print_version(wanted: bool) -> None:
@@ -102,7 +102,9 @@ def _options(
     verbose: Annotated[
         bool,
         typer.Option(
-            "--verbose", "-v", help="Print stages with their times, and all warnings, however alike."
+            "--verbose",
+            "-v",
+            help="Print the stages with their times, and all warnings, even if they are alike.",
         ),
     ] = False,
 ) -> None:

@@ -47,12 +47,16 @@ __all__ = [
     "white_of",
 ]
 
-A_COMPONENT = "such as direct_luminescence; single_bounce, reflected or luminescent; or a sum A+B."
+A_COMPONENT = (
+    "a component ('fluorspar info' lists them); single_bounce, reflected or luminescent; or a sum: A+B."
+)
 
 ResumeOption: TypeAlias = Annotated[
     bool,
     typer.Option(
-        "--resume", help="Go on with what an interrupted run has left of the file, if it has left anything."
+        "--resume",
+        help="Continue an interrupted run of the same command. Begins anew if there is none; does nothing "
+        "if the file is complete.",
     ),
 ]
 LibraryOption: TypeAlias = Annotated[
@@ -60,7 +64,7 @@ LibraryOption: TypeAlias = Annotated[
     typer.Option(
         "--library",
         metavar="DIR",
-        help="A folder with material files of your own. May be repeated; the environment variable "
+        help="A folder with materials of your own. May be repeated; the environment variable "
         "FLUORSPAR_MATERIALS does the same.",
     ),
 ]
@@ -78,7 +82,8 @@ ExcitationOption: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="full|grid",
-        help="full: light of shorter wavelengths than the grid excites, too; grid: only light on the grid does.",
+        help="Which light excites. full: also that of shorter wavelengths than the grid's, as far down as lamps and "
+        "materials reach; grid: only that of the grid.",
     ),
 ]
 
@@ -122,19 +127,23 @@ StokesOption: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="half|strict",
-        help="Excitation at the emission wavelength itself: half: counts half; strict: not at all.",
+        help="Whether light excites emission of its own wavelength. half: with half the weight; strict: not at all.",
     ),
 ]
 
 ComponentErrorsOption: TypeAlias = Annotated[
-    bool, typer.Option("--component-errors", help="Compute a standard error for each component, too.")
+    bool,
+    typer.Option(
+        "--component-errors", help="Compute a standard error for each component too, not only for the total."
+    ),
 ]
 
 DenoiseOption: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--denoise",
-        help="Take the noise out (needs fluorspar[denoise]); the image must fit into memory. See 'fluorspar denoise'.",
+        help="Denoise the image; it must fit into memory. Needs 'pip install \"fluorspar[denoise]\"'; see "
+        "'fluorspar denoise'.",
     ),
 ]
 
@@ -142,15 +151,17 @@ PicturesOption: TypeAlias = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Also write a PNG of every component into this folder.")
 ]
 
-ThreadsOption: TypeAlias = Annotated[int | None, typer.Option(help="Threads to use. [default: all cores]")]
+ThreadsOption: TypeAlias = Annotated[
+    int | None, typer.Option(help="Processor threads to use. [default: one for each core]")
+]
 
 
 ExposureOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="same|FACTOR|IMAGE",
-        help="Exposure of all pictures: a factor in m2/cd; a spectral image (its exposure is used, so that both can be "
-        "compared); or same: that of the total, for components, too. [default: each picture has its own]",
+        help="One exposure for all pictures. FACTOR: in m2/cd; IMAGE: that of the picture of this spectral image, so "
+        "that two can be compared; same: that of the total, for components too. [default: each its own]",
     ),
 ]
 

@@ -58,14 +58,23 @@ _EXAMPLES = """Examples:
 
   fluorspar render cornell-box --spp 16 --denoise -o box.nc -o box.png
 
-  fluorspar render room.xml --size 640x480 --spp 256 --wavelengths 300:780:5 --material left-wall=poster-red -o room.nc
+\b
+  fluorspar render room.xml --size 640x480 --spp 256 \\
+      --wavelengths 300:780:5 --material left-wall=poster-red -o room.nc
 
-  fluorspar render cornell-box --camera "origin=278,273,-400 fov=60" --light light=A -o evening.nc -o evening.png
+\b
+  fluorspar render cornell-box --camera "origin=278,273,-400 fov=60" \\
+      --light light=A -o evening.nc -o evening.png
 
   fluorspar render room.xml --until error=1% --max-time 10m -o room.nc
 
   fluorspar render room.xml --spp 4096 -o room.nc --resume
-  fluorspar render room.xml --spp 4096 --scheduler tcp://head-node:8786 -o room.nc
+
+\b
+  fluorspar render room.xml --spp 4096 -o room.nc \\
+      --scheduler tcp://head-node:8786
+
+  fluorspar render cornell-box --method staged --timings -o staged.nc
 """
 
 
@@ -81,7 +90,8 @@ def render(
         str,
         typer.Option(
             metavar="paths|staged",
-            help="paths: all components, bands and bounces from one pass; staged: the paper's procedure, matte only.",
+            help="paths: all components and wavelengths along the same light paths; staged: the paper's "
+            "method, matte surfaces only.",
         ),
     ] = "paths",
     material: MaterialOption = None,
@@ -100,14 +110,14 @@ def render(
         str | None,
         typer.Option(
             metavar="error=1%|p95=2%",
-            help="Render passes of --spp samples or more until the relative standard error of luminance is so small: "
-            "on average over the pixels, or at their 95th percentile.",
+            help="Render passes of at least --spp samples until the relative standard error of luminance is "
+            "this small: on average over the pixels (error), or for 95 % of them (p95).",
         ),
     ] = None,
     max_time: Annotated[
         str | None,
         typer.Option(
-            metavar="TIME", help="With --until: begin no pass that would end later; 90s, 10m, 1.5h."
+            metavar="TIME", help="With --until: start no pass that would end later than this: 90s, 10m, 1.5h."
         ),
     ] = None,
     resume: ResumeOption = False,
@@ -115,7 +125,7 @@ def render(
         int | None,
         typer.Option(
             metavar="N",
-            help="Add N samples per pixel to the finished image in the .nc file, instead of --spp.",
+            help="Add N samples per pixel to the finished image in the .nc file; instead of --spp.",
         ),
     ] = None,
     denoise: DenoiseOption = False,
@@ -129,11 +139,14 @@ def render(
     emitters: Annotated[
         int | None, typer.Option(help="staged: N x N emitters on a planar surface. [default: 8]")
     ] = None,
-    patches: Annotated[int | None, typer.Option(help="staged: emitters on a mesh. [default: 100]")] = None,
+    patches: Annotated[
+        int | None, typer.Option(help="staged: emitters on a surface that is not planar. [default: 100]")
+    ] = None,
     emitter_mode: Annotated[
         str | None,
         typer.Option(
-            help="staged: true patches of a mesh, or the faces of a decimated copy. [default: true]",
+            help="staged: emitters are patches of the surface itself (true), or the faces of a decimated "
+            "copy, as in the paper. [default: true]",
             metavar="true|decimated",
         ),
     ] = None,
@@ -141,35 +154,52 @@ def render(
         list[str] | None,
         typer.Option(
             metavar="ID|all",
-            help="staged: only black emitters stand for this object while it emits, as in the paper. May be repeated.",
+            help="staged: leave this object out while it emits, as the paper does: only its emitters are "
+            "there, and are black. May be repeated.",
         ),
     ] = None,
     bounces: Annotated[
-        int | None, typer.Option(help="staged: 2 estimates component 6 as well. [default: 1]")
+        int | None,
+        typer.Option(
+            help="staged: how many times light may luminesce; 2 estimates component 6 too. [default: 1]"
+        ),
     ] = None,
     tolerance: Annotated[
         float | None,
-        typer.Option(help="staged: subdivide emitters until emission varies by less than this in each."),
+        typer.Option(
+            help="staged: subdivide emitters until emission varies by less than this within each: 0.1 is 10 %, rms."
+        ),
     ] = None,
     filter_edges: Annotated[
-        bool, typer.Option("--filter-edges", help="staged: the paper's filter of edge artefacts.")
+        bool,
+        typer.Option("--filter-edges", help="staged: apply the paper's filter against artefacts at edges."),
     ] = False,
     keep_intermediate: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", help="staged: keep the intermediate images and pictures of the emitters here."
+            metavar="DIR",
+            help="staged: write the intermediate images, and pictures of the emitters, into this folder.",
         ),
     ] = None,
     repeats: Annotated[
-        int | None, typer.Option(help="staged: independent seeds, for the standard error. [default: 4]")
+        int | None,
+        typer.Option(
+            help="staged: independent renders, each of a part of the samples, for the standard error. [default: 4]"
+        ),
     ] = None,
     renderer: Annotated[
         str | None,
-        typer.Option(metavar="mitsuba|cycles", help="staged: what renders three bands. [default: mitsuba]"),
+        typer.Option(
+            metavar="mitsuba|cycles",
+            help="staged: the renderer of the images of three bands. [default: mitsuba]",
+        ),
     ] = None,
     blender: BlenderOption = None,
     timings: Annotated[
-        bool, typer.Option("--timings", help="Print how long each pass took, relative to component 1.")
+        bool,
+        typer.Option(
+            "--timings", help="Print the time of each stage, in seconds; staged: relative to component 1."
+        ),
     ] = False,
 ) -> None:
     """Render a scene into a spectral image, split into components."""

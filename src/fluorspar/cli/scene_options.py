@@ -46,7 +46,9 @@ SceneArgument: TypeAlias = Annotated[
 
 SppOption: TypeAlias = Annotated[int | None, typer.Option(help="Samples per pixel. [default: the scene's]")]
 
-SeedOption: TypeAlias = Annotated[int, typer.Option(help="Same seed, same image, bit for bit.")]
+SeedOption: TypeAlias = Annotated[
+    int, typer.Option(help="Seed of the random numbers. Same seed, same image, bit for bit.")
+]
 
 SizeOption: TypeAlias = Annotated[
     str | None, typer.Option(metavar="WxH", help="Size in pixels. [default: the scene's]")
@@ -59,55 +61,69 @@ WavelengthsOption: TypeAlias = Annotated[
 MaterialOption: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="ID=NAME", help="Give a surface another material, by shape or BSDF id. May be repeated."
+        metavar="ID=NAME",
+        help="Give a surface another material, by the id of its shape or BSDF: NAME is one of 'fluorspar materials "
+        "list', a file, or a mixture such as A:0.3,B:0.7. May be repeated.",
     ),
 ]
 
 SceneDefineOption: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in the scene file. May be repeated."),
+    typer.Option("-D", metavar="KEY=VALUE", help="Value for $KEY in the scene file. May be repeated."),
 ]
 
 MaxDepthOption: TypeAlias = Annotated[
     int | None,
-    typer.Option(help="As in Mitsuba: 2 is direct light only, -1 unlimited. [default: the scene's]"),
+    typer.Option(
+        help="Longest light path, as in Mitsuba: 1 is lamps seen directly, 2 adds direct light, -1 is unlimited. "
+        "[default: the scene's]"
+    ),
 ]
 
 RrDepthOption: TypeAlias = Annotated[
-    int | None, typer.Option(help="Depth at which Russian roulette begins. [default: the scene's]")
+    int | None, typer.Option(help="Depth from which Russian roulette may end a path. [default: the scene's]")
 ]
 
 MatteOption: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--matte",
-        help="Render textures, gloss and environment maps as diffuse averages; not needed for what is supported.",
+        help="Replace textures, gloss and environment maps by diffuse averages: for scenes that are refused "
+        "without it, such as glossy ones with --method staged.",
     ),
 ]
 
 SensorOption: TypeAlias = Annotated[
     str | None,
-    typer.Option(metavar="N|ID", help="Number, from 0, or id of the sensor. [default: the first]"),
+    typer.Option(
+        metavar="N|ID",
+        help="Which camera of the scene (sensor), by number, from 0, or by id. [default: the first]",
+    ),
 ]
 
 ViewpointOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="'origin=X,Y,Z target=X,Y,Z up=X,Y,Z fov=DEGREES'",
-        help="Move the camera; what is left out stays: the direction it looks in, what is upwards, its field of view.",
+        help="Move the camera. Positions are in units of the scene. What is left out stays: viewing direction, upward "
+        "direction, field of view.",
     ),
 ]
 
 VariantOption: TypeAlias = Annotated[
     str,
     typer.Option(
-        metavar="auto|llvm|cuda", help="The processor, or an NVIDIA GPU; auto: the GPU if it starts."
+        metavar="auto|llvm|cuda",
+        help="llvm: the processor; cuda: an NVIDIA GPU; auto: the GPU if it works, else the processor.",
     ),
 ]
 
 MeshOption: TypeAlias = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help=f"Mesh to put into cornell-mesh ({', '.join(MESHES)})."),
+    typer.Option(
+        metavar="FILE",
+        help=f"Of the scene cornell-mesh: the mesh to put into it, y up ({', '.join(MESHES)}).",
+    ),
 ]
 
 

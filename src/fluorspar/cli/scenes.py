@@ -13,7 +13,8 @@ __all__ = ["scenes"]
 
 def scenes(
     paths: Annotated[
-        bool, typer.Option("--paths", help="Print where the scene files are, to copy and change them.")
+        bool,
+        typer.Option("--paths", help="Print the paths of the scene files instead, to copy and change them."),
     ] = False,
 ) -> None:
     """List the built-in scenes.

@@ -37,11 +37,13 @@ from fluorspar.cli.workers import SchedulerOption, WorkersOption, client_for
 
 __all__ = ["trace"]
 
-_EXAMPLES = """Example:
+_EXAMPLES = """Examples:
 
   fluorspar trace cornell-box --size 256x256 --spp 64 -o box.paths
 
-  fluorspar relight box.paths --light light=FL11 -o box.png"""
+  fluorspar relight box.paths --light light=FL11 -o box.png
+
+  fluorspar trace room.xml --spp 256 -o room.paths --resume"""
 
 
 def trace(
@@ -71,7 +73,7 @@ def trace(
     workers: WorkersOption = None,
     mesh: MeshOption = None,
 ) -> None:
-    """Trace the light paths of a scene and keep them."""
+    """Trace the light paths of a scene into a file, for 'relight', 'sheet' and 'view'."""
     from fluorspar.cli.outputs import say_written
     from fluorspar.cli.targets import check_files
     from fluorspar.paths.paths_file import SUFFIX

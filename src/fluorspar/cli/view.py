@@ -12,11 +12,15 @@ from fluorspar.image.formats.registry import SUFFIXES
 
 __all__ = ["view"]
 
-_EXAMPLES = """Examples:
+_EXAMPLES = """Lamps and dyes can be changed in light paths and scenes, not in images.
+
+Examples:
 
   fluorspar view cornell-box --size 256x256 --spp 16
 
   fluorspar view measured.exr render.nc
+
+  fluorspar view box.paths
 """
 
 
@@ -24,14 +28,17 @@ def view(
     what: Annotated[
         list[str],
         typer.Argument(
-            help=f"Images ({', '.join(SUFFIXES)}), light paths (.paths), scenes, which are traced first."
+            help=f"Images ({', '.join(SUFFIXES)}), light paths (.paths), or scenes (.xml or built-in), "
+            "which are traced first."
         ),
     ],
     host: Annotated[
-        str, typer.Option(help="Address to listen at; another than this lets others in.")
+        str, typer.Option(help="Address to listen on; any other than 127.0.0.1 lets other computers in.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Port; 0: any that is free.")] = 0,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the address.")] = False,
+    port: Annotated[int, typer.Option(help="Port to listen on; 0: any free one.")] = 0,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Print the address and open no browser.")
+    ] = False,
     library: LibraryOption = None,
     spp: Annotated[
         int | None, typer.Option(help="Of scenes: samples per pixel. [default: the scene's]")
@@ -44,10 +51,10 @@ def view(
     ] = "360:700:5",
     define: Annotated[
         list[str] | None,
-        typer.Option("-D", metavar="KEY=VALUE", help="Value of a $KEY in a scene file. May be repeated."),
+        typer.Option("-D", metavar="KEY=VALUE", help="Value for $KEY in a scene file. May be repeated."),
     ] = None,
 ) -> None:
-    """Open a window on images, light paths and scenes: components, spectra, and other lamps and dyes."""
+    """Look at images, light paths and scenes in the browser: components, spectra, other lamps and dyes."""
     import webbrowser
 
     from fluorspar.extras import check_extra

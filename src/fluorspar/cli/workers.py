@@ -18,13 +18,15 @@ __all__ = ["SchedulerOption", "WorkersOption", "client_for"]
 
 SchedulerOption: TypeAlias = Annotated[
     str | None,
-    typer.Option(metavar="ADDRESS", help="Use the workers of this Dask scheduler, such as tcp://HOST:8786."),
+    typer.Option(
+        metavar="ADDRESS", help="Render on the workers of this Dask scheduler, such as tcp://HOST:8786."
+    ),
 ]
 
 WorkersOption: TypeAlias = Annotated[
     int | None,
     typer.Option(
-        metavar="N", help="Use N worker processes on this machine, of one thread each or --threads."
+        metavar="N", help="Render on N worker processes of this machine, of one thread each, or of --threads."
     ),
 ]
 
