@@ -21,6 +21,7 @@ SETTINGS = {
     "height": 6,
     "aspect": 1.0,
     "region": False,
+    "transparent": False,
     "motion_blur": False,
     "exposure": 1.0,
     "samples": 4,
@@ -36,6 +37,8 @@ CAMERA = {
     "shift_x": 0.0,
     "shift_y": 0.0,
     "ortho_scale": 1.0,
+    "clip_start": 0.1,
+    "clip_end": 1000.0,
     "matrix": np.diag([1, 1, 1, 1]).tolist(),
     "focus": None,
 }
@@ -57,6 +60,7 @@ def node(kind: str, properties: dict[str, Any] | None = None, **inputs: Any) -> 
 def material(name: str, nodes: Any, fluorspar: Any = None, concentration: Any = None) -> dict[str, Any]:
     return {
         "name": name,
+        "key": name,
         "nodes": nodes,
         "colour": [0.8] * 3,
         "fluorspar": fluorspar,
@@ -90,11 +94,12 @@ def imported(tmp_path: Path):
         materials = [material("grey", None)] if materials is None else materials
         said = {
             "version": [4, 2, 0],
+            "written_by": [4, 2, 0],
             "camera": CAMERA,
             "settings": SETTINGS,
             "world": None,
             "objects": [
-                {"name": "Dreieck ü", "mesh": 0, "matrix": EYE, "materials": [one["name"]], "hidden": []}
+                {"name": "Dreieck ü", "mesh": 0, "matrix": EYE, "materials": [one["key"]], "hidden": []}
                 for one in materials
             ],
             "lights": [point()] if lights is None else lights,
