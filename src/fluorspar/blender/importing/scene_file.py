@@ -33,6 +33,7 @@ _PREFIX = "fluorspar:"
 _COPY = re.compile(r"\.\d{3}$")  # what Blender adds to a name that is there already
 _KINDS = {"HAIR": "hair", "CURVES": "hair", "VOLUME": "a volume", "POINTCLOUD": "a cloud of points"}
 _DEFAULT = "(no material)"
+_FLAT = 1e-6  # thickness of what is flattened, in its size
 _UNSPEAKABLE = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff\ufffe\uffff]")  # that XML cannot hold
 
 
@@ -201,9 +202,12 @@ class _Writer:
                 f"object '{thing['name']}'", f"is treated apart in Blender ({ways}): here it is as all others"
             )
         place = np.array(thing["matrix"], dtype=np.float64)
-        if np.linalg.matrix_rank(place[:3, :3]) < 3:
+        rank = np.linalg.matrix_rank(place[:3, :3])
+        if rank < 2:
             self.listing.add(f"object '{thing['name']}'", "is scaled to nothing: it is left out")
             return
+        if rank < 3:
+            place[:3, :3] = _thickened(place[:3, :3])
         materials = [name or _DEFAULT for name in thing["materials"]] or [_DEFAULT]
         files = self.files(thing["mesh"], materials, place)
         for slot, file in files.items():
@@ -254,3 +258,9 @@ class _Writer:
 
 def _colour(given: Any) -> Element:
     return rgb("reflectance", given[:3])
+
+
+def _thickened(flat: Array) -> Array:
+    """A transform that flattens things, with an inverse: almost as flat."""
+    left, sizes, right = np.linalg.svd(flat)
+    return np.asarray(left @ np.diag(np.maximum(sizes, _FLAT * sizes[0])) @ right)

@@ -46,7 +46,7 @@ class Textures:
     ) -> None:
         self._images, self._nodes, self._listing, self._folder = images, nodes, listing, folder
         sockets = [socket for node in nodes for socket in node["inputs"].values()]
-        self._used_alphas = {socket["from"] for socket in sockets if socket.get("output") == "Alpha"}
+        self._used_alphas = {id(nodes[s["from"]]) for s in sockets if s.get("output") == "Alpha"}
 
     def file(self, node: dict[str, Any], where: str) -> str | None:
         """Name of the image of a node, relative to the scene; None, and said, if there is none."""
@@ -83,7 +83,7 @@ class Textures:
             return None
         image = self._images[node["image"]]
         see_through = image["alpha"] == "STRAIGHT" and alpha_of(self._folder / file) is not None
-        if see_through and not data and self._nodes.index(node) not in self._used_alphas:
+        if see_through and not data and id(node) not in self._used_alphas:
             self._listing.add(
                 where,
                 f"has the image '{image['name']}', which is transparent in parts: they are not darker here",
