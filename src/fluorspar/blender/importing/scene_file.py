@@ -33,6 +33,8 @@ _PREFIX = "fluorspar:"
 _COPY = re.compile(r"\.\d{3}$")  # what Blender adds to a name that is there already
 _KINDS = {"HAIR": "hair", "CURVES": "hair", "VOLUME": "a volume", "POINTCLOUD": "a cloud of points"}
 _DEFAULT = "(no material)"
+_POINTED = ("point", "spot", "directional")
+_MASKS = ".//bsdf[@type='null']"
 _FLAT = 1e-6  # thickness of what is flattened, in its size
 _UNSPEAKABLE = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff\ufffe\uffff]")  # that XML cannot hold
 
@@ -106,6 +108,7 @@ class _Writer:
                 scene.append(made)
         for name, kind in said["others"]:
             listing.add(f"object '{name}'", f"is or has {_KINDS.get(kind, kind.lower())}: it is left out")
+        self.list_solid_shadows()
         if scene.find(".//emitter") is None:
             listing.add(
                 "the file", "has no light that Fluorspar has: the scene cannot be rendered before it gets one"
@@ -114,6 +117,19 @@ class _Writer:
             listing.add("the file", "has no surface that is rendered")
         self.save()
         return listing
+
+    def list_solid_shadows(self) -> None:
+        """Light of points and directions is looked for on straight lines, which what is transparent blocks."""
+        if not any(emitter.get("type") in _POINTED for emitter in self.scene.iter("emitter")):
+            return
+        masks = {bsdf.get("id") for bsdf in self.scene.iter("bsdf") if bsdf.find(_MASKS) is not None}
+        masks |= {bsdf.get("id") for bsdf in self.scene.iter("bsdf") if bsdf.get("type") == "mask"}
+        for name in sorted(filter(None, masks)):
+            what = "is transparent in parts: light of points, spots and suns does not pass there, shadows are whole"
+            self.listing.add(f"material '{name}'", what)
+        for shape in self.scene.findall("shape/bsdf[@type='null']/.."):
+            what = "stands in the light of points, spots and suns: it throws a shadow, which lamps of Blender do not"
+            self.listing.add(f"light '{shape.get('id')}'", what)
 
     def save(self) -> None:
         listed = "".join(f"\n  {_UNSPEAKABLE.sub('_', sentence)}" for sentence in self.listing.sentences)
