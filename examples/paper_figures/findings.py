@@ -244,8 +244,8 @@ def mesh(work: Workshop) -> Made:
 def emitters(work: Workshop) -> Made:
     """What the green wall alone adds to the white surfaces and the blocks at 540 nm, with 8 x 8 and with 16 x 16
     emitters: the root mean square difference over blocks of 4 x 4 pixels, over the mean. Noise is taken out: the
-    product of two independent differences has none on average. The error is from parts of the image, 16 if it is large. In
-    parentheses what one pair of renders shows, noise included, over blocks and over pixels."""
+    product of two independent differences has none on average. The error is from parts of the image, 16 if it is
+    large. In parentheses what one pair of renders shows, noise included, over blocks and over pixels."""
     pixels = work.sizes.finding_pixels // 2
     scene = fluorspar.load_scene("cornell-box", materials={"left-wall": "cornell-red"})
     where = seen(work, pixels)

@@ -220,6 +220,88 @@ def textured(scene) -> None:
     lamp(scene, "SUN", 3, angle=0)
 
 
+def cut_out(scene) -> None:
+    """A leaf cut out by the alpha of its picture, one without UV map, and what is too close to the camera."""
+    floor(scene)
+    shine(scene)
+    camera(scene)
+    scene.camera.data.clip_start = 2.5
+    image = bpy.data.images.new("leaf", 8, 8, alpha=True)
+    image.pixels = [v for y in range(8) for x in range(8) for v in (0.9, 0.4, 0.1, float(x < 4 or y < 2))]
+    image.pack()
+    square = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    for name, uv, place in (("leaf", True, (-1, 0.6, 0.5)), ("leaf without place", False, (1.5, -1, 0.3))):
+        material = matte(name, (1, 1, 1))
+        tree = material.node_tree
+        texture, mix = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeMixShader")
+        texture.image, texture.interpolation = image, "Closest"
+        tree.links.new(texture.outputs["Color"], tree.nodes["Diffuse BSDF"].inputs["Color"])
+        tree.links.new(texture.outputs["Alpha"], mix.inputs[0])
+        tree.links.new(tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0], mix.inputs[1])
+        tree.links.new(tree.nodes["Diffuse BSDF"].outputs[0], mix.inputs[2])
+        tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        thing = mesh(scene, name, square, [(0, 1, 2, 3)], material, place=place, scale=(0.7, 0.7, 1))
+        if uv:
+            layer = thing.data.uv_layers.new(name="UVMap")
+            for loop, at in zip(layer.data, [(0, 0), (1, 0), (1, 1), (0, 1)]):  # noqa: B905
+                loop.uv = at
+    mesh(scene, "before the camera", square, [(0, 1, 2, 3)], place=(0, -2, 3.3), turn=(0.54, 0, 0))
+
+
+def focused(scene) -> None:
+    """A wide aperture, at half the size."""
+    floor(scene)
+    lamp(scene, "SUN", 3, angle=0)
+    camera(scene)
+    dof = scene.camera.data.dof
+    dof.use_dof, dof.focus_distance, dof.aperture_fstop = True, 3, 0.05
+    scene.render.resolution_x = scene.render.resolution_y = 64
+    scene.render.resolution_percentage = 50
+
+
+def inside_a_lamp(scene) -> None:
+    """A ball around all that shines inwards too."""
+    floor(scene)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=20)
+    material = matte("glowing", (0, 0, 0))
+    tree = material.node_tree
+    tree.links.new(
+        tree.nodes.new("ShaderNodeEmission").outputs[0], tree.nodes["Material Output"].inputs["Surface"]
+    )
+    bpy.context.object.data.materials.append(material)
+
+
+def formats(scene) -> None:
+    """A floor of pictures of several formats, as files and packed."""
+    lamp(scene, "SUN", 3, angle=0)
+    kinds = [
+        ("PNG", "png"),
+        ("JPEG", "jpg"),
+        ("TARGA", "tga"),
+        ("BMP", "bmp"),
+        ("TIFF", "tif"),
+        ("HDR", "hdr"),
+    ]
+    for number, (kind, end) in enumerate(kinds):
+        for packed in (False, True):
+            image = bpy.data.images.new("saved", 4, 4, float_buffer=kind == "HDR")
+            image.pixels = [v for _ in range(16) for v in (0.2 + 0.1 * number, 0.5, 0.7 - 0.1 * number, 1)]
+            image.filepath_raw = os.path.join(bpy.app.tempdir, f"{packed}.{end}")
+            image.file_format = kind
+            image.save()
+            image = bpy.data.images.load(image.filepath_raw)
+            if packed:
+                image.pack()
+            material = matte(kind, (1, 1, 1))
+            tree = material.node_tree
+            texture = tree.nodes.new("ShaderNodeTexImage")
+            texture.image = image
+            tree.links.new(texture.outputs["Color"], tree.nodes["Diffuse BSDF"].inputs["Color"])
+            square = [(-0.5, -1, 0), (0.5, -1, 0), (0.5, 1, 0), (-0.5, 1, 0)]
+            place = (number - 2.5, 2 * packed - 1, 0)
+            mesh(scene, kind, square, [(0, 1, 2, 3)], material, place=place).data.uv_layers.new(name="UVMap")
+
+
 def glowing(scene) -> None:
     """A plane that shines to both sides above the floor, one that faces down."""
     floor(scene)

@@ -56,7 +56,8 @@ def blocks(image: np.ndarray) -> np.ndarray:
     "kind",
     [
         "rectangle", "ellipse", "point", "spot", "sun", "world", "environment",
-        "textured", "glowing", "shapes", "shifted", "upright", "parallel",
+        "textured", "glowing", "shapes", "shifted", "upright", "parallel", "focused",
+        "cut_out", "formats", "inside_a_lamp",
     ],
 )  # fmt: skip
 def test_images_are_those_of_cycles(blender: BlenderProcess, tmp_path: Path, kind: str) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from fluorspar.blender.importing.import_blender import import_blender
 from fluorspar.blender.process import BlenderProcess
 from fluorspar.cli.blender_option import chosen_renderer
 from fluorspar.errors import OptionError, RendererError
@@ -126,3 +127,21 @@ def test_a_blender_that_is_not_used() -> None:
     with pytest.raises(OptionError, match="--renderer cycles"):
         chosen_renderer(None, "/usr/bin/blender")
     assert isinstance(chosen_renderer("cycles", "/usr/bin/blender"), CyclesRenderer)
+
+
+def test_an_interrupted_import_leaves_nothing(tmp_path: Path, left, monkeypatch: pytest.MonkeyPatch) -> None:
+    before, scene = left(), tmp_path / "scene.blend"
+    scene.write_bytes(b"BLENDER-v304")
+    slow = program(tmp_path, "answer(version=[3, 4, 1])\ntime.sleep(60)")
+    children = []
+
+    def interrupted(process: BlenderProcess, do: str, **request: object) -> None:
+        children.append(process)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(BlenderProcess, "ask", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        import_blender(scene, tmp_path / "out", blender=slow)
+    assert left() == before
+    assert children[0]._child.poll() is not None
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([slow.name, scene.name])

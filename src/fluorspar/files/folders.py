@@ -55,6 +55,9 @@ def check_folder(path: str | os.PathLike[str], is_ours: Callable[[Path], bool], 
     if path.exists() and not (path.is_dir() and is_ours(path)):
         fix = f"name another {kind}, or remove what is there"
         raise ImageError(message(f"what is there already is not a {kind}", where=path, fix=fix))
+    if path.name in ("", ".."):  # it would be exchanged under the feet of whoever works in it
+        fix = "name it from the directory above it"
+        raise ImageError(message("a folder without a name cannot be written", where=path, fix=fix))
     if not os.access(path.parent, os.W_OK):
         fix = "choose another directory"
         raise ImageError(message("the directory cannot be written to", where=path.parent, fix=fix))

@@ -36,7 +36,11 @@ def sensor(camera: dict[str, Any], settings: dict[str, Any], listing: Listing) -
     width, height = settings["width"], settings["height"]
     if settings["aspect"] != 1:
         listing.add(where, "has pixels that are not square: they are rendered as squares")
-    for name, what in (("region", "a region of the image"), ("motion_blur", "motion blur")):
+    for name, what in (
+        ("region", "a region of the image"),
+        ("motion_blur", "motion blur"),
+        ("transparent", "a transparent background"),
+    ):
         if settings[name]:
             listing.add(where, f"renders with {what}: that is left out")
     if settings["exposure"] != 1:
@@ -57,21 +61,25 @@ def sensor(camera: dict[str, Any], settings: dict[str, Any], listing: Listing) -
         plugin("rfilter", "box"),
     )
     sampler = plugin("sampler", "independent", value("integer", "sample_count", settings["samples"]))
+    clip = [
+        value("float", "near_clip", max(camera["clip_start"], 1e-6)),
+        value("float", "far_clip", camera["clip_end"]),
+    ]
     if camera["type"] == "ORTHO":
         scale = camera["ortho_scale"] / 2 * (1 if axis == "x" else width / height)
         # the place is moved instead of the picture
         moved = np.eye(4)
         moved[:2, 3] = -2 * shift[0], 2 * shift[1] * height / width
         grown = np.diag([scale, scale, 1.0, 1.0])
-        ends = value("float", "near_clip", 1e-3), value("float", "far_clip", 1e5)
+        if camera["focus"] is not None:
+            listing.add(where, "has a depth of field without perspective: it is left out")
         return plugin(
-            "sensor", "orthographic", matrix("to_world", place @ grown @ moved), *ends, film, sampler
+            "sensor", "orthographic", matrix("to_world", place @ grown @ moved), *clip, film, sampler
         )
     parts = [
         value("float", "fov", math.degrees(2 * math.atan(size / (2 * camera["lens"])))),
         value("string", "fov_axis", axis),
-        value("float", "near_clip", 1e-3),
-        value("float", "far_clip", 1e5),
+        *clip,
         matrix("to_world", place),
     ]
     kind, focus = "perspective", camera["focus"]
@@ -79,7 +87,10 @@ def sensor(camera: dict[str, Any], settings: dict[str, Any], listing: Listing) -
         listing.add(where, "has a depth of field, and is shifted or focused on no distance: it is left out")
     elif focus is not None:
         kind = "thinlens"
-        parts.append(value("float", "aperture_radius", camera["lens"] * 1e-3 / (2 * focus["fstop"])))
+        if not focus["round"]:
+            listing.add(where, "has an aperture of blades, or a squeezed one: it is round")
+        radius = camera["lens"] * 1e-3 / (2 * max(focus["fstop"], 1e-5))
+        parts.append(value("float", "aperture_radius", radius))
         parts.append(value("float", "focus_distance", focus["distance"]))
     if shift != (0, 0):
         parts.append(value("float", "principal_point_offset_x", shift[0]))

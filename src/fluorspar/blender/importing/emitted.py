@@ -15,6 +15,7 @@ from fluorspar.colour.observers import matching_functions
 __all__ = ["Emitted"]
 
 _FROM, _TO, _STEP = 300, 830, 10  # nm; ultraviolet excites
+_COOLEST = 800.0  # K; Blender's black bodies are not darker
 _SECOND_RADIATION = 1.438776877e7  # nm K
 
 
@@ -52,7 +53,7 @@ class Emitted:
             return rgb(name, colour.tolist())
         if np.ptp(colour) > 1e-4 * colour.max():
             listing.add(where, "has a black body times a colour: the colour counts as its luminance")
-        spectrum = _black_body(self.kelvin) * float(colour @ [0.212671, 0.715160, 0.072169])
+        spectrum = _black_body(max(self.kelvin, _COOLEST)) * float(colour @ [0.212671, 0.715160, 0.072169])
         pairs = zip(range(_FROM, _TO + 1, _STEP), spectrum, strict=True)
         return Element("spectrum", {"name": name, "value": ", ".join(f"{w}:{v:.6g}" for w, v in pairs)})
 

@@ -25,7 +25,6 @@ KEPT_FORMATS = {
     "JPEG": ".jpg",
     "OPEN_EXR": ".exr",
     "HDR": ".hdr",
-    "TARGA": ".tga",
     "BMP": ".bmp",
 }
 SIMPLE = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
@@ -135,11 +134,11 @@ class Images:
         }
         if image.source not in ("FILE", "GENERATED"):
             return said
+        path = bpy.path.abspath(image.filepath, library=image.library)
+        if not image.size[0]:  # this reads it
+            return {**said, "missing": path}
         stem = "".join(c if c.isalnum() or c in "-_" else "-" for c in Path(image.name).stem)[:60]
         known = KEPT_FORMATS.get(image.file_format)
-        path = bpy.path.abspath(image.filepath, library=image.library)
-        if image.source == "FILE" and image.packed_file is None and not os.path.isfile(path):
-            return {**said, "missing": path}
         self.folder.mkdir(exist_ok=True)
         if image.source == "FILE" and known:
             file = self.folder / f"{number}-{stem}{known}"
@@ -149,11 +148,24 @@ class Images:
                 shutil.copyfile(path, file)
         else:
             file = self.folder / f"{number}-{stem}{'.exr' if image.is_float else '.png'}"
-            if not image.has_data and not len(image.pixels):
-                return {**said, "missing": path}
-            image.filepath_raw, image.file_format = str(file), "OPEN_EXR" if image.is_float else "PNG"
-            image.save()
+            self.converted(image).save(filepath=str(file))
         return {**said, "file": file.name}
+
+    def converted(self, image: Any) -> Any:
+        """The same pixels as another image: one that is packed would be saved as the file that it was."""
+        kind = {"alpha": image.channels == 4, "float_buffer": image.is_float}
+        made = bpy.data.images.new("converted", *image.size, **kind)
+        made.colorspace_settings.name, made.alpha_mode = image.colorspace_settings.name, image.alpha_mode
+        values = array("f", bytes(4 * len(image.pixels)))
+        image.pixels.foreach_get(values)
+        if image.channels < 4:
+            grown = array("f", [1.0]) * (4 * (len(values) // image.channels))
+            for channel in range(3):
+                grown[channel::4] = values[min(channel, image.channels - 1) :: image.channels]
+            values = grown
+        made.pixels.foreach_set(values)
+        made.file_format = "OPEN_EXR" if image.is_float else "PNG"
+        return made
 
 
 class Meshes:
@@ -215,8 +227,15 @@ def light_of(thing: Any, nodes: Nodes) -> Said:
         for prop in light.bl_rna.properties
         if prop.identifier not in common and prop.type in SIMPLE
     }
-    portal = bool(getattr(light.cycles, "is_portal", False)) if hasattr(light, "cycles") else False
-    return {**said, "is_portal": portal, "seen": thing.visible_camera, "nodes": nodes.outputs(light)}
+    cycles = getattr(light, "cycles", None)
+    said["cast_shadow"] = getattr(
+        cycles, "cast_shadow", said.get("use_shadow", True)
+    )  # Cycles' own until 4.2
+    said["is_portal"] = bool(getattr(cycles, "is_portal", False))
+    said["hidden"] = [
+        way for way in ("diffuse", "glossy", "transmission") if not getattr(thing, f"visible_{way}")
+    ]
+    return {**said, "seen": thing.visible_camera, "nodes": nodes.outputs(light)}
 
 
 def camera_of(scene: Any, depsgraph: Any) -> Said | None:
@@ -233,12 +252,15 @@ def camera_of(scene: Any, depsgraph: Any) -> Said | None:
         "shift_x",
         "shift_y",
         "ortho_scale",
+        "clip_start",
+        "clip_end",
     )
     distance = dof.focus_distance
     if dof.focus_object is not None:
         there = dof.focus_object.evaluated_get(depsgraph).matrix_world.translation
         distance = -(thing.matrix_world.inverted() @ there).z
-    focus = {"distance": distance, "fstop": dof.aperture_fstop} if dof.use_dof else None
+    round_one = dof.aperture_blades < 3 and dof.aperture_ratio == 1
+    focus = {"distance": distance, "fstop": dof.aperture_fstop, "round": round_one} if dof.use_dof else None
     said = {name: plain(getattr(data, name)) for name in names}
     return {**said, "name": thing.name, "matrix": rows(thing.matrix_world), "focus": focus}
 
@@ -251,6 +273,7 @@ def settings_of(scene: Any) -> Said:
         "height": max(1, int(render.resolution_y * part)),
         "aspect": render.pixel_aspect_y / render.pixel_aspect_x,
         "region": render.use_border,
+        "transparent": render.film_transparent,
         "motion_blur": render.use_motion_blur,
         "exposure": getattr(cycles, "film_exposure", 1.0),
         "samples": getattr(cycles, "samples", 128),
@@ -261,6 +284,7 @@ def settings_of(scene: Any) -> Said:
 def material_of(material: Any, nodes: Nodes) -> Said:
     return {
         "name": material.name,
+        "key": material.name_full,  # of those from other files, names may be the same
         "nodes": nodes.outputs(material),
         "colour": plain(material.diffuse_color),
         "metallic": material.metallic,
@@ -272,7 +296,7 @@ def material_of(material: Any, nodes: Nodes) -> Said:
 
 def described(depsgraph: Any, arrays: Path, textures: Path) -> Said:
     """Everything that a render of this state of the scene would show."""
-    scene = depsgraph.scene
+    scene, override = depsgraph.scene, depsgraph.view_layer.material_override
     nodes, meshes = Nodes(Images(textures)), Meshes(arrays)
     materials: dict[str, Said] = {}
     objects, lights, others = [], [], []
@@ -293,16 +317,18 @@ def described(depsgraph: Any, arrays: Path, textures: Path) -> Said:
             if mesh is None:
                 continue
             slots = [slot.material for slot in thing.material_slots]
+            if override is not None:
+                slots = [override] * max(len(slots), 1)
             for material in slots:
-                if material is not None and material.name not in materials:
-                    materials[material.name] = material_of(material, nodes)
+                if material is not None and material.name_full not in materials:
+                    materials[material.name_full] = material_of(material, nodes)
             hidden = [
                 way
-                for way in ("camera", "diffuse", "glossy", "shadow")
+                for way in ("camera", "diffuse", "glossy", "transmission", "shadow")
                 if not getattr(thing, f"visible_{way}")
             ]
             hidden += [way for way in ("is_shadow_catcher", "is_holdout") if getattr(thing, way, False)]
-            names = [material and material.name for material in slots]
+            names = [material and material.name_full for material in slots]
             objects.append(
                 {"name": name, "mesh": mesh, "matrix": place, "materials": names, "hidden": hidden}
             )
@@ -311,8 +337,8 @@ def described(depsgraph: Any, arrays: Path, textures: Path) -> Said:
     world = scene.world
     return {
         "version": list(bpy.app.version),
+        "written_by": list(bpy.data.version),
         "camera": camera_of(scene, depsgraph),
-        "settings": settings_of(scene),
         "world": world and {"name": world.name, "colour": plain(world.color), "nodes": nodes.outputs(world)},
         "objects": objects,
         "lights": lights,
@@ -353,6 +379,7 @@ def describe(file: str, arrays: str, textures: str, out: str) -> Said:
     scene = bpy.context.scene
     if scene.camera is None:
         return {"refused": "no camera"}
+    settings = settings_of(scene)
     scene.render.engine = Engine.bl_idname
     scene.render.use_compositing = scene.render.use_sequencer = scene.render.use_border = False
     scene.render.resolution_percentage = 100
@@ -360,7 +387,7 @@ def describe(file: str, arrays: str, textures: str, out: str) -> Said:
     if not found or isinstance(found[0], str):
         raise RuntimeError(found[0] if found else "the scene was not rendered")
     with open(out, "w", encoding="utf-8") as text:
-        json.dump(found[0], text)
+        json.dump({**found[0], "settings": settings}, text)
     return {}
 
 

@@ -57,9 +57,20 @@ def lamp(
         return None
     place = np.array(light["matrix"], dtype=np.float64)
     if light["type"] == "AREA":
+        width = light["size"]
+        height = light["size_y"] if light["shape"] in ("RECTANGLE", "ELLIPSE") else width
+        place = place @ np.diag([width / 2, height / 2, 1.0, 1.0]) @ _DOWN
+    axes = np.linalg.norm(place[:3, :3], axis=0)
+    if light["type"] != "POINT" and min(axes) < 1e-9:
+        listing.add(where, "has no size, or is scaled to nothing: it is left out")
+        return None
+    if light["type"] == "AREA":
         given = given.times(math.pi / 4 if old else 1)
         return _area(light, place, given, sockets, name)
-    axes = np.linalg.norm(place[:3, :3], axis=0)
+    if not light.get("normalize", True):
+        listing.add(where, "has a strength that grows with its size: it is taken for that of all sizes")
+    if light["type"] == "POINT":
+        return _point(light, place, given.times(1 / (4 * math.pi)), sockets, name)
     turned = place.copy()
     turned[:3, :3] /= axes
     if light["type"] == "SUN":
@@ -76,11 +87,6 @@ def lamp(
         )
     given = given.times(1 / (4 * math.pi))
     radius = light["shadow_soft_size"]
-    if light["type"] == "POINT":
-        if radius > 0:
-            return _ball(place, radius * float(axes.mean()), given, light, sockets, name)
-        position = Element("point", {"name": "position", "value": " ".join(f"{x:.9g}" for x in place[:3, 3])})
-        return plugin("emitter", "point", position, given.element("intensity", where, listing), id=name)
     if radius > 0:
         listing.add(where, f"has a radius of {radius:g}: Mitsuba's spots are points, shadows are sharp")
     if np.ptp(axes) > 1e-4 * axes.max():
@@ -120,17 +126,15 @@ def _given(light: dict[str, Any], sockets: Sockets) -> Emitted:
         given = Emitted(given.colour, light["temperature"])
     elif light.get("use_temperature"):
         given = given.times(light["temperature_color"])
-    for name in ("cast_shadow", "use_shadow"):
-        if light.get(name, True) is False:
-            sockets.listing.add(sockets.where, "casts no shadows: here it does")
+    if not light.get("cast_shadow", True):
+        sockets.listing.add(sockets.where, "casts no shadows: here it does")
+    if ways := light.get("hidden"):
+        sockets.listing.add(sockets.where, f"does not light all surfaces ({', '.join(ways)}): here it does")
     return given.times(light["color"]).times(light["energy"] * 2.0 ** light.get("exposure", 0.0))
 
 
 def _area(light: dict[str, Any], place: Array, given: Emitted, sockets: Sockets, name: str) -> Element:
     where, listing = sockets.where, sockets.listing
-    width = light["size"]
-    height = light["size_y"] if light["shape"] in ("RECTANGLE", "ELLIPSE") else width
-    place = place @ np.diag([width / 2, height / 2, 1.0, 1.0]) @ _DOWN
     x, y = place[:3, 0], place[:3, 1]
     around = light["shape"] in ("DISK", "ELLIPSE")
     area = float(np.linalg.norm(np.cross(x, y))) * (math.pi if around else 4.0)
@@ -148,10 +152,14 @@ def _area(light: dict[str, Any], place: Array, given: Emitted, sockets: Sockets,
     return _shining(shape, [matrix("to_world", place)], given.times(1 / math.pi), light, sockets, name)
 
 
-def _ball(
-    place: Array, radius: float, given: Emitted, light: dict[str, Any], sockets: Sockets, name: str
-) -> Element:
-    centre = Element("point", {"name": "center", "value": " ".join(f"{x:.9g}" for x in place[:3, 3])})
+def _point(light: dict[str, Any], place: Array, given: Emitted, sockets: Sockets, name: str) -> Element:
+    at = " ".join(f"{x:.9g}" for x in place[:3, 3])
+    radius = light["shadow_soft_size"] * float(np.linalg.norm(place[:3, :3], axis=0).mean())
+    if radius == 0:
+        intensity = given.element("intensity", sockets.where, sockets.listing)
+        position = Element("point", {"name": "position", "value": at})
+        return plugin("emitter", "point", position, intensity, id=name)
+    centre = Element("point", {"name": "center", "value": at})
     given = given.times(1 / (math.pi * radius**2))
     return _shining("sphere", [centre, value("float", "radius", radius)], given, light, sockets, name)
 

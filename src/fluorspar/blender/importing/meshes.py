@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Mesh", "parts", "write_ply"]
+__all__ = ["Mesh", "encloses", "parts", "write_ply"]
 
 _APART = 1e-4  # of a front and its back, in extents of the mesh
 
@@ -39,7 +39,10 @@ class Mesh:
 
     @property
     def is_closed(self) -> bool:
-        """Whether it has no border: each edge is passed in both directions equally often."""
+        """Whether it faces outwards all around, without a border: each edge is passed both ways equally often."""
+        a, b, c = np.moveaxis((self.points - self.points.mean(axis=0))[self.faces].astype(np.float64), 1, 0)
+        if (a * np.cross(b, c)).sum() <= 0:
+            return False
         _, same = np.unique(self.points, axis=0, return_inverse=True)
         corners = same.ravel()[self.faces].astype(np.int64)
         start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
@@ -84,7 +87,15 @@ def parts(said: dict[str, Any], folder: Path, uv_of_slot: dict[int, str]) -> Ite
         table, same = np.unique(np.hstack(columns), axis=0, return_inverse=True)
         faces = same.ravel()[faces.reshape(-1, 3)]
         uv = table[:, 6:] if table.shape[1] > 6 else None
+        if uv is None:  # as in Blender, where Mitsuba has coordinates of each triangle
+            uv = np.zeros((len(table), 2), np.float32)
         yield int(slot), Mesh(table[:, :3], table[:, 3:6], uv, np.asarray(faces, dtype=np.int32))
+
+
+def encloses(said: dict[str, Any], folder: Path, point: NDArray[np.float64]) -> bool:
+    """Whether the box around a mesh holds a point."""
+    points = np.fromfile(folder / said["points"], np.float32).reshape(-1, 3)
+    return bool(((points.min(axis=0) < point) & (point < points.max(axis=0))).all())
 
 
 def write_ply(mesh: Mesh, file: Path) -> None:

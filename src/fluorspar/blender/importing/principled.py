@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -19,6 +21,8 @@ _LEFT_OUT = {
     "the tint of its sheen": ("Sheen Tint",),
     "the tint of its highlight": ("Specular Tint",),
     "thin films": ("Thin Film Thickness",),
+    "the roughness of its matte part": ("Diffuse Roughness",),
+    "the tint of its coat": ("Coat Tint",),
 }
 _PRINCIPLED_COAT = (0.1, 0.001)  # Mitsuba's roughness of a clear coat of gloss 0 and 1
 
@@ -36,6 +40,7 @@ def principled(node: dict[str, Any], sockets: Sockets) -> Shading:
 
     sheen, transmission = ("Sheen", "Sheen Weight"), ("Transmission", "Transmission Weight")
     coat = ("Clearcoat", "Coat Weight")
+    lone = {"Sheen Tint": sheen, "Coat Tint": coat}
     for what, names in _LEFT_OUT.items():
         socket = sockets.first(node, *names)
         tint = "Tint" in names[0]
@@ -43,7 +48,7 @@ def principled(node: dict[str, Any], sockets: Sockets) -> Shading:
             used = not np.allclose(socket["value"][:3], 1) if socket else False
         else:
             used = given(*names)
-        if used and not (names[0] == "Sheen Tint" and not given(*sheen)):
+        if used and not (names[0] in lone and not given(*lone[names[0]])):
             listing.add(where, f"has {what}: left out")
     parts = [
         sockets.element("base_color", sockets.first(node, "Base Color"), (0.8, 0.8, 0.8)),
@@ -69,9 +74,24 @@ def principled(node: dict[str, Any], sockets: Sockets) -> Shading:
     emitted = sockets.emitted(sockets.first(node, "Emission", "Emission Color")).times(
         number("Emission Strength", default=1.0)
     )
+    for name in ("Clearcoat Normal", "Coat Normal", "Tangent"):
+        if "from" in node["inputs"].get(name, {}):
+            listing.add(where, f"computes its {name.lower()}: left out")
     clear = given(*transmission)
     shading = Shading(plugin("bsdf", "principled", *parts), clear, None if emitted.is_dark else emitted)
-    return masked(shading, sockets.element("opacity", sockets.first(node, "Alpha"), 1.0))
+    return _faded(shading, sockets.element("opacity", sockets.first(node, "Alpha"), 1.0), sockets)
+
+
+def _faded(shading: Shading, opacity: Element, sockets: Sockets) -> Shading:
+    """As opaque as its alpha, which counts for its own light too."""
+    made = masked(shading, opacity)
+    if shading.emitted is None:
+        return made
+    if opacity.tag != "float":
+        sockets.listing.add(sockets.where, "shines through an alpha of an image: its light is everywhere")
+        return made
+    light = shading.emitted.times(min(max(float(opacity.get("value", "1")), 0.0), 1.0))
+    return replace(made, emitted=None if light.is_dark else light)
 
 
 def _index(node: dict[str, Any], sockets: Sockets, ior: float, *, clear: bool) -> float:

@@ -3,33 +3,40 @@
 from __future__ import annotations
 
 import re
+from math import inf
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Comment, Element, ElementTree, indent
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fluorspar.bispectral.library import material as library_material
 from fluorspar.blender.importing.camera import sensor
 from fluorspar.blender.importing.elements import matrix, plugin, refer, rgb, value
 from fluorspar.blender.importing.lights import lamp
 from fluorspar.blender.importing.listing import Listing
-from fluorspar.blender.importing.meshes import Mesh, parts, write_ply
+from fluorspar.blender.importing.meshes import encloses, parts, write_ply
 from fluorspar.blender.importing.shaders import shading_of
 from fluorspar.blender.importing.shading import Shading, matte, two_sided
 from fluorspar.blender.importing.sockets import Sockets
 from fluorspar.blender.importing.textures import Textures
 from fluorspar.blender.importing.world import world_light
-from fluorspar.errors import MaterialError, SceneError
+from fluorspar.errors import MaterialError, SceneError, message
 
 __all__ = ["write_scene"]
 
 Said = dict[str, Any]
+Array = NDArray[np.float64]
 
 _PREFIX = "fluorspar:"
 _COPY = re.compile(r"\.\d{3}$")  # what Blender adds to a name that is there already
 _KINDS = {"HAIR": "hair", "CURVES": "hair", "VOLUME": "a volume", "POINTCLOUD": "a cloud of points"}
 _DEFAULT = "(no material)"
+_POINTED = ("point", "spot", "directional")
+_MASKS = ".//bsdf[@type='null']"
+_FLAT = 1e-6  # thickness of what is flattened, in its size
+_UNSPEAKABLE = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff\ufffe\uffff]")  # that XML cannot hold
 
 
 def write_scene(said: Said, arrays: Path, folder: Path) -> Listing:
@@ -61,16 +68,22 @@ class _Writer:
     def __init__(self, said: Said, arrays: Path, folder: Path) -> None:
         self.said, self.arrays, self.folder = said, arrays, folder
         self.listing = Listing()
-        self.textures = Textures(said["images"], said["nodes"], self.listing)
+        self.textures = Textures(said["images"], said["nodes"], self.listing, folder)
         self.scene = Element("scene", {"version": "3.0.0"})
         self.names: set[str] = set()
+        self.ids: dict[str, str] = {}
         self.shadings: dict[str, Shading] = {}
+        self.textured: set[str] = set()
         self.uv_maps: dict[str, str] = {}
-        self.written: dict[tuple[int, bool, bool, tuple[str, ...]], dict[int, str]] = {}
-        self.skipped = 0
+        self.written: dict[tuple[int, bool, bool, bool, tuple[str, ...]], dict[int, str]] = {}
 
     def write(self) -> Listing:
         said, listing, scene = self.said, self.listing, self.scene
+        if said["written_by"][:2] > said["version"][:2]:
+            theirs, ours = (".".join(map(str, said[one][:2])) for one in ("written_by", "version"))
+            listing.add(
+                "the file", f"was written by Blender {theirs} and read by {ours}: what is new may be lost"
+            )
         for path in said["libraries"]:
             listing.add("the file", f"uses another, which is missing: {path}")
         if len(said["layers"]) > 1:
@@ -95,6 +108,7 @@ class _Writer:
                 scene.append(made)
         for name, kind in said["others"]:
             listing.add(f"object '{name}'", f"is or has {_KINDS.get(kind, kind.lower())}: it is left out")
+        self.list_solid_shadows()
         if scene.find(".//emitter") is None:
             listing.add(
                 "the file", "has no light that Fluorspar has: the scene cannot be rendered before it gets one"
@@ -104,8 +118,22 @@ class _Writer:
         self.save()
         return listing
 
+    def list_solid_shadows(self) -> None:
+        """Light of points and directions is looked for on straight lines, which what is transparent blocks."""
+        if not any(emitter.get("type") in _POINTED for emitter in self.scene.iter("emitter")):
+            return
+        masks = {bsdf.get("id") for bsdf in self.scene.iter("bsdf") if bsdf.find(_MASKS) is not None}
+        masks |= {bsdf.get("id") for bsdf in self.scene.iter("bsdf") if bsdf.get("type") == "mask"}
+        for name in sorted(filter(None, masks)):
+            what = "is transparent in parts: light of points, spots and suns does not pass there, shadows are whole"
+            self.listing.add(f"material '{name}'", what)
+        for shape in self.scene.findall("shape/bsdf[@type='null']/.."):
+            what = "stands in the light of points, spots and suns: it throws a shadow, which lamps of Blender do not"
+            self.listing.add(f"light '{shape.get('id')}'", what)
+
     def save(self) -> None:
-        listed = "".join(f"\n  {sentence}" for sentence in self.listing.sentences).replace("--", "- -")
+        listed = "".join(f"\n  {_UNSPEAKABLE.sub('_', sentence)}" for sentence in self.listing.sentences)
+        listed = re.sub("-(?=-)", "- ", listed)
         self.scene.insert(0, Comment(f" What has no counterpart:{listed or ' nothing'}\n"))
         indent(self.scene)
         ElementTree(self.scene).write(self.folder / "scene.xml", encoding="utf-8", xml_declaration=True)
@@ -115,6 +143,7 @@ class _Writer:
 
     def name(self, wanted: str) -> str:
         """A name that nothing else in the scene has."""
+        wanted = _UNSPEAKABLE.sub("_", wanted).replace("$", "_")  # in scene files, $name is a parameter
         name, number = wanted, 1
         while name in self.names:
             number += 1
@@ -124,7 +153,7 @@ class _Writer:
 
     def material(self, material: Said) -> None:
         """A BSDF, and the light that a surface of this material gives."""
-        name, where = material["name"], f"material '{material['name']}'"
+        name, key, where = material["name"], material["key"], f"material '{material['name']}'"
         if material["nodes"] is not None:
             shading = shading_of(material["nodes"], self.sockets(where))
         else:
@@ -134,20 +163,35 @@ class _Writer:
             fluorescent = _COPY.sub("", name)
         if fluorescent is not None:
             shading = Shading(self.fluorescent(str(fluorescent), material, where), emitted=shading.emitted)
-        self.shadings[name] = shading
+        elif material["concentration"] is not None:
+            self.listing.add(
+                where, "has a concentration, but no name of a fluorescent material: it is left out"
+            )
+        self.shadings[key], self.ids[key] = shading, self.name(name)
         maps = self.textures.uv_map(self.reached(material["nodes"] or {}))
         if maps is not None:
-            self.uv_maps[name] = maps
+            self.uv_maps[key] = maps
         made = two_sided(shading)
-        made.set("id", name)
-        self.names.add(name)
+        made.set("id", self.ids[key])
+        if made.find(".//texture") is not None:
+            self.textured.add(self.ids[key])
         self.scene.append(made)
 
     def fluorescent(self, name: str, material: Said, where: str) -> Element:
         name = name.removeprefix(_PREFIX).strip()
         concentration = material["concentration"]
-        if concentration is not None and not isinstance(concentration, (int, float)):
-            raise SceneError(f"the concentration of {where} is no number\n  got:      {concentration!r}")
+        if concentration is not None and not (
+            isinstance(concentration, (int, float)) and 0 <= concentration < inf
+        ):
+            expected = "a number from 0 on, in the custom property fluorspar_concentration"
+            raise SceneError(
+                message(
+                    "the concentration of a material is wrong",
+                    where=where,
+                    got=repr(concentration),
+                    expected=expected,
+                )
+            )
         try:
             library_material(name)
         except MaterialError as err:
@@ -174,21 +218,29 @@ class _Writer:
                 f"object '{thing['name']}'", f"is treated apart in Blender ({ways}): here it is as all others"
             )
         place = np.array(thing["matrix"], dtype=np.float64)
-        if np.linalg.matrix_rank(place[:3, :3]) < 3:
+        rank = np.linalg.matrix_rank(place[:3, :3])
+        if rank < 2:
             self.listing.add(f"object '{thing['name']}'", "is scaled to nothing: it is left out")
             return
+        if rank < 3:
+            place[:3, :3] = _thickened(place[:3, :3])
         materials = [name or _DEFAULT for name in thing["materials"]] or [_DEFAULT]
-        files = self.files(thing["mesh"], materials, mirrored=bool(np.linalg.det(place[:3, :3]) < 0))
+        files = self.files(thing["mesh"], materials, place)
         for slot, file in files.items():
             material = materials[min(slot, len(materials) - 1)]
             shading = self.shading(material)
+            if not self.said["meshes"][thing["mesh"]]["uv"] and self.ids[material] in self.textured:
+                self.listing.add(
+                    f"object '{thing['name']}'",
+                    "has images but no UV map: their lower left corner is everywhere",
+                )
             if shading.absent and shading.emitted is None:
                 continue
-            name = thing["name"] if len(files) == 1 else f"{thing['name']}/{material}"
+            name = thing["name"] if len(files) == 1 else f"{thing['name']}/{self.ids[material]}"
             shape = plugin("shape", "ply", value("string", "filename", f"meshes/{file}"), id=self.name(name))
-            shape.extend((matrix("to_world", place), refer(material)))
+            shape.extend((matrix("to_world", place), refer(self.ids[material])))
             if shading.emitted is not None:
-                where = f"material '{material}'"
+                where = f"material '{self.ids[material]}'"
                 shape.append(
                     plugin("emitter", "area", shading.emitted.element("radiance", where, self.listing))
                 )
@@ -197,30 +249,34 @@ class _Writer:
     def shading(self, material: str) -> Shading:
         if material not in self.shadings:  # what Blender shows without one
             plain = {"nodes": None, "colour": (0.8,) * 3, "fluorspar": None, "concentration": None}
-            self.material({"name": material, **plain})
+            self.material({"name": material, "key": material, **plain})
         return self.shadings[material]
 
-    def files(self, number: int, materials: list[str], *, mirrored: bool) -> dict[int, str]:
+    def files(self, number: int, materials: list[str], place: Array) -> dict[int, str]:
         """Names of the files of a mesh, by slot; written when they are needed first."""
         slots = {slot: self.shading(name) for slot, name in enumerate(materials)}
         emits = any(shading.emitted is not None for shading in slots.values())
         uv = {slot: self.uv_maps[name] for slot, name in enumerate(materials) if name in self.uv_maps}
-        key = number, mirrored, emits, tuple(materials) if emits or uv else ()
+        mirrored = bool(np.linalg.det(place[:3, :3]) < 0)
+        eye = np.linalg.solve(place, np.array(self.said["camera"]["matrix"])[:, 3])[:3]
+        around = emits and encloses(self.said["meshes"][number], self.arrays, eye)
+        key = number, mirrored, emits, around, tuple(materials) if emits or uv else ()
         if key not in self.written:
             files = self.written[key] = {}
             for slot, mesh in parts(self.said["meshes"][number], self.arrays, uv):
                 shading = slots[min(slot, len(slots) - 1)]
                 files[slot] = f"{len(self.written) - 1}-{slot}.ply"
-                write_ply(_prepared(mesh, mirrored, shading), self.folder / "meshes" / files[slot])
+                both = shading.emitted is not None and (around or not mesh.is_closed)
+                mesh = mesh.with_back() if both else mesh
+                write_ply(mesh.mirrored() if mirrored else mesh, self.folder / "meshes" / files[slot])
         return self.written[key]
-
-
-def _prepared(mesh: Mesh, mirrored: bool, shading: Shading) -> Mesh:
-    """As Mitsuba takes it: wound for its transform, and with a back of its own if it shines to both sides."""
-    if mirrored:
-        mesh = mesh.mirrored()
-    return mesh.with_back() if shading.emitted is not None and not mesh.is_closed else mesh
 
 
 def _colour(given: Any) -> Element:
     return rgb("reflectance", given[:3])
+
+
+def _thickened(flat: Array) -> Array:
+    """A transform that flattens things, with an inverse: almost as flat."""
+    left, sizes, right = np.linalg.svd(flat)
+    return np.asarray(left @ np.diag(np.maximum(sizes, _FLAT * sizes[0])) @ right)

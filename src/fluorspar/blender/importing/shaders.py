@@ -54,7 +54,10 @@ def _shading(socket: Said | None, sockets: Sockets) -> Shading:
             shading = _glass(node, sockets)
         case "BsdfMetallic":
             shading = _glossy(node, sockets, "Base Color")
-            listing.add(where, "is metallic with a colour of its edge: it has one colour")
+            given = (
+                "a colour of its edge" if "Base Color" in inputs else "an index of refraction of each colour"
+            )
+            listing.add(where, f"is metallic with {given}: it has one colour")
         case "BsdfTransparent":
             if min(sockets.colour(inputs["Color"], (1.0, 1.0, 1.0))) < 0.999:
                 listing.add(where, "is transparent with a colour: it is transparent without one")
@@ -102,7 +105,7 @@ def _glossy(node: Said, sockets: Sockets, colour: str = "Color") -> Shading:
     alpha = _roughness(node, sockets)
     parts = [
         value("string", "material", "none"),
-        sockets.element("specular_reflectance", node["inputs"][colour], (0.8, 0.8, 0.8)),
+        sockets.element("specular_reflectance", sockets.first(node, colour), (0.8, 0.8, 0.8)),
     ]
     if abs(sockets.number(sockets.first(node, "Anisotropy"))) > 0:
         sockets.listing.add(sockets.where, "is anisotropic: the roughness is the same in all directions")

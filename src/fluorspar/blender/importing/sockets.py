@@ -30,8 +30,11 @@ _PASSES_ON = {
     "Clamp",
     "MapRange",
     "Math",
+    "LightFalloff",
 }
-_COLOUR_INPUTS = ("Color", "Image", "Value", "Fac")
+_MIXED, _MIX_RGB = ("Color", "Float", "Vector"), ("Color1", "Color2")
+_BLENDINGS = ("MIX", "MULTIPLY")
+_COLOUR_INPUTS = ("Color", "Image", "Value", "Fac", "Strength")
 
 
 @dataclass
@@ -65,15 +68,17 @@ class Sockets:
         """A property of a BSDF, a number or colour by what the default is: a texture if an image is plugged in."""
         source = self.node(socket)
         if source is not None and socket is not None and source["kind"] == "TexImage":
-            if socket["output"] == "Color":
-                made = self.textures.bitmap(source, self.where, name)
-                if made is not None:
-                    return made
-            else:
-                self.listing.add(self.where, "uses the transparency of an image: it is taken to be 1")
-                return value("float", name, 1.0)
+            if socket["output"] == "Alpha":
+                return self.textures.alpha(source, self.where, name)
+            made = self.textures.bitmap(source, self.where, name)
+            if made is not None:
+                return made
         if isinstance(default, tuple):
-            return rgb(name, np.clip(self.colour(socket, default), 0, 1).tolist())
+            colour = np.asarray(self.colour(socket, default))
+            if colour.max() > 1 + 1e-6 or colour.min() < 0:
+                shown = ", ".join(f"{part:.3g}" for part in colour)
+                self.listing.add(self.where, f"has a colour beyond 0 to 1 ({shown}): it is clipped")
+            return rgb(name, np.clip(colour, 0, 1).tolist())
         return value("float", name, self.number(socket, default))
 
     def number(self, socket: Said | None, default: float = 0.0) -> float:
@@ -97,7 +102,8 @@ class Sockets:
         if node["kind"] in ("RGB", "Value"):
             return _three(node["outputs"]["Color" if node["kind"] == "RGB" else "Value"])
         mean = _three(self._mean(node))
-        if "Mix" not in node["kind"] or not self._is_constant(node):
+        blending = node["properties"].get("blend_type", "MIX")
+        if "Mix" not in node["kind"] or blending not in _BLENDINGS or not self._is_constant(node):
             shown = ", ".join(f"{part:.3g}" for part in mean)
             text = f"has the node '{node['name']}' ({node['kind']}), which Fluorspar cannot compute: ({shown}) instead"
             self.listing.add(self.where, text)
@@ -121,8 +127,11 @@ class Sockets:
         if kind in ("TexChecker", "TexBrick"):
             return np.mean([self.colour(inputs["Color1"]), self.colour(inputs["Color2"])], axis=0)
         if kind in ("MixRGB", "Mix"):
-            a, b = (self.first(node, *names) for names in (("A_Color", "Color1"), ("B_Color", "Color2")))
-            share = self.number(self.first(node, "Factor_Float", "Fac"), 0.5)
+            a, b = (
+                self.first(node, *(f"{x}_{kind}" for kind in _MIXED), y)
+                for x, y in zip("AB", _MIX_RGB, strict=True)
+            )
+            share = min(max(self.number(self.first(node, "Factor_Float", "Fac"), 0.5), 0.0), 1.0)
             first, second = np.array(self.colour(a)), np.array(self.colour(b))
             if node["properties"].get("blend_type") == "MULTIPLY":
                 second = first * second

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.blender.importing.alphas import alpha_of, write_alpha
 from fluorspar.blender.importing.elements import matrix, plugin, value
 from fluorspar.blender.importing.listing import Listing
 
@@ -35,10 +37,16 @@ class Textures:
     nodes : list
         All shader nodes.
     listing : Listing
+    folder : Path
+        Of the scene, which has the images already.
     """
 
-    def __init__(self, images: list[dict[str, Any]], nodes: list[dict[str, Any]], listing: Listing) -> None:
-        self._images, self._nodes, self._listing = images, nodes, listing
+    def __init__(
+        self, images: list[dict[str, Any]], nodes: list[dict[str, Any]], listing: Listing, folder: Path
+    ) -> None:
+        self._images, self._nodes, self._listing, self._folder = images, nodes, listing, folder
+        sockets = [socket for node in nodes for socket in node["inputs"].values()]
+        self._used_alphas = {id(nodes[s["from"]]) for s in sockets if s.get("output") == "Alpha"}
 
     def file(self, node: dict[str, Any], where: str) -> str | None:
         """Name of the image of a node, relative to the scene; None, and said, if there is none."""
@@ -73,9 +81,31 @@ class Textures:
         file = self.file(node, where)
         if file is None:
             return None
+        image = self._images[node["image"]]
+        see_through = image["alpha"] == "STRAIGHT" and alpha_of(self._folder / file) is not None
+        if see_through and not data and id(node) not in self._used_alphas:
+            self._listing.add(
+                where,
+                f"has the image '{image['name']}', which is transparent in parts: they are not darker here",
+            )
+        return self._placed(node, file, where, name, data=data)
+
+    def alpha(self, node: dict[str, Any], where: str, name: str) -> Element:
+        """The transparency of an image as a texture, or as 1 where there is none."""
+        file = self.file(node, where)
+        alpha = None
+        if file is not None and self._images[node["image"]]["alpha"] != "NONE":
+            alpha = alpha_of(self._folder / file)
+        if file is None or alpha is None:
+            return value("float", name, 1.0)
+        grey = f"{file.rpartition('.')[0]}-alpha.png"
+        write_alpha(alpha, self._folder / grey)
+        return self._placed(node, grey, where, name, data=True)
+
+    def _placed(self, node: dict[str, Any], file: str, where: str, name: str, *, data: bool) -> Element:
         image, properties = self._images[node["image"]], node["properties"]
         floats = file.endswith((".exr", ".hdr"))
-        if image["space"] not in _COLOURS:
+        if image["space"] not in _COLOURS and not data:
             self._listing.add(
                 where, f"has an image in the colour space {image['space']}: it is taken for sRGB"
             )

@@ -12,8 +12,13 @@ __all__ = ["principled"]
 
 def principled(table: LobeTable, index: int, side: Side) -> None:
     props = table.state.nodes[index].props
-    for tint, strength in (("spec_tint", 1.0), ("sheen_tint", props.get("sheen", 0.0))):
-        if strength != 0.0 and props.get(tint, 0.0) != 0.0:
+
+    def used(name: str) -> bool:
+        given = props.get(name, 0.0)
+        return not isinstance(given, (int, float)) or given != 0.0  # else a texture
+
+    for tint, counts in (("spec_tint", True), ("sheen_tint", used("sheen"))):
+        if counts and used(tint):
             raise SceneError(
                 message(
                     f"'{tint}' is not supported",
@@ -23,7 +28,7 @@ def principled(table: LobeTable, index: int, side: Side) -> None:
                 )
             )
     spectral = table.spectral(index, "base_color", 0.5, side)
-    if props.get("spec_trans", 0.0) != 0.0:
+    if used("spec_trans"):
         table.warn_of_interpolation(spectral, side.where)
     # The value is a polynomial of the second degree in the root of the base colour, so three of them tell it.
     nodes = ((FULL, 1.0), (DARK, 0.0), (HALF, 0.25))
