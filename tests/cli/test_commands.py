@@ -84,12 +84,13 @@ class TestRender:
             "--exposure",
             "1e-3",
             "--pictures",
-            "parts",
+            "parts.v2",
         )
         done = fluorspar(*arguments)
         assert done.code == 0
         assert "wrote box.png (white is 1000 cd/m2: exposure 0.001)" in done.out
-        assert Path("box.png").read_bytes() == Path("parts/total.png").read_bytes()
+        assert Path("box.png").read_bytes() == Path("parts.v2/total.png").read_bytes()
+        assert fluorspar("render", "cornell-box", *QUICK, "-o", "box.nc", *arguments[-4:]).code == 0
         assert fluorspar.refuses(GOOD, "--exposure", "0").says(
             "the exposure is not readable", "where: --exposure"
         )

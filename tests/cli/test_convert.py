@@ -155,6 +155,21 @@ def test_pictures_of_components_share_an_exposure(files: CommandLine) -> None:
     assert f"exposure {common:.6g})" not in done.out
 
 
+def test_an_image_whose_exposure_would_mean_nothing(files: CommandLine) -> None:
+    """Expected: refused, where 1 / 1 cd/m2 and a luminance of other units would make a picture in silence."""
+    SpectralImage.from_arrays(np.zeros((7, 4, 5, len(GRID))), GRID).save("dark.nc")
+    stated = {"unit": "1", "quantity": "reflectance"}
+    SpectralImage.from_arrays(np.ones((7, 4, 5, len(GRID))), GRID, attrs=stated).save("sheet.nc")
+    for source, other, said in (
+        ("a.nc", "dark.nc", "shows no light"),
+        ("a.nc", "sheet.nc", "an image with another unit"),
+        ("sheet.nc", "a.nc", "an image with another unit"),
+    ):
+        done = files("convert", source, "b.png", "--exposure", other)
+        assert (done.code, done.says(said, f"where: {other}")) == (2, True)
+    assert files("convert", "sheet.nc", "b.png", "--exposure", "sheet.nc").code == 0
+
+
 def test_a_sum_of_components_by_name(files: CommandLine) -> None:
     sum_of_two = "direct_luminescence+direct_reflection"
     assert files("convert", "a.nc", "b.nc", "--component", sum_of_two).code == 0

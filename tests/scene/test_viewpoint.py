@@ -197,6 +197,7 @@ def test_points_are_measured_where_the_moved_camera_saw_them() -> None:
         (3, "the camera is not readable"),
         ("origin=1,2,3 target=1,2,3", "the camera stands at its target"),
         ("up=0,0,0", "upwards has no direction"),
+        ("up=1e-200,0,0", "the camera looks upwards"),
         ("origin=0,5,0 target=0,0,0", "the camera looks upwards or downwards"),
     ],
 )

@@ -88,6 +88,7 @@ def convert(
     from fluorspar.image.display.picture import write_png
     from fluorspar.image.formats.envi import data_file
     from fluorspar.image.spectral_image import SpectralImage
+    from fluorspar.image.units import unit_of
     from fluorspar.spectral.wavelengths import Wavelengths
 
     check_files([target], SUFFIXES_WRITTEN)
@@ -101,7 +102,6 @@ def convert(
     if white is not None and kind != ".png":
         raise OptionError(message("only a picture is adapted to a white", where="--white", got=target))
     adapted = None if white is None else white_of(white)
-    factor = exposure_of(exposure, [target], adapted)
     sources = (source, data_file(source) if source.suffix.lower() == ".hdr" else None)
     for written in (target, target.with_suffix(".img")) if kind == ".hdr" else (target,):
         check_not_input(written, *sources, fault="an image cannot be converted onto itself")
@@ -111,6 +111,7 @@ def convert(
         SpectralImage.open(source, channel_wavelengths=channels) as image,
         writing(target),
     ):
+        factor = exposure_of(exposure, [target], white=adapted, unit=unit_of(image.attrs))
         result = converted(image, "total" if total else component, grid, bandwidth)
         if ASSUMED in str(result.attrs.get("converted", "")) and ASSUMED not in str(
             image.attrs.get("converted", "")

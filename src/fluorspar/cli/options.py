@@ -12,7 +12,7 @@ import typer
 
 from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.bispectral.library import ENVIRONMENT
-from fluorspar.errors import OptionError, message
+from fluorspar.errors import ImageError, OptionError, message
 from fluorspar.image.formats.registry import SUFFIXES as IMAGES_READ
 from fluorspar.image.formats.registry import SUFFIXES_WRITTEN as IMAGES_WRITTEN
 from fluorspar.scene.settings_text import size_of
@@ -167,16 +167,23 @@ ExposureOption: TypeAlias = Annotated[
 
 
 def exposure_of(
-    text: str | None, outputs: Sequence[Path | None] = (Path(".png"),), white: Any = None
+    text: str | None,
+    outputs: Sequence[Path] = (Path(".png"),),
+    pictures: Path | None = None,
+    *,
+    white: Any = None,
+    unit: str | None = None,
 ) -> float | str | None:
     """Read an exposure: "same", a factor in m2/cd, or the image whose picture, adapted to `white`, has it.
+
+    `pictures` is a folder for pictures, `unit` that of the image that is shown, by default of radiance.
 
     Raises
     ------
     OptionError
         If it is none of these, or no output is a picture or a folder for pictures.
     ImageError
-        If the image cannot be read.
+        If the image cannot be read, is dark, or has another unit.
 
     Examples
     --------
@@ -185,16 +192,29 @@ def exposure_of(
     """
     if text is None:
         return None
-    if not any(path is not None and path.suffix.lower() in (".png", "") for path in outputs):
-        got = ", ".join(str(path) for path in outputs if path is not None)
+    if pictures is None and not any(path.suffix.lower() == ".png" for path in outputs):
+        got = ", ".join(map(str, outputs))
         raise OptionError(message("only a picture has an exposure", where="--exposure", got=got))
     if text == "same":
         return text
     if Path(text).suffix.lower() in IMAGES_READ:
         from fluorspar.image.spectral_image import SpectralImage
+        from fluorspar.image.units import UNITS, same_unit, unit_of
 
         with SpectralImage.open(text) as image:
-            return float(image.srgb(white=white).attrs["exposure"])
+            if not same_unit(there := unit_of(image.attrs), expected := unit or UNITS):
+                fault = "the exposure is that of an image with another unit"
+                raise ImageError(
+                    message(fault, where=text, got=there, expected=expected, fix="give a factor")
+                )
+            shown = image.srgb(white=white)
+        if not (shown > 0).any():
+            fault, fix = (
+                "the image shows no light, so its picture has no exposure",
+                "give another, or a factor",
+            )
+            raise ImageError(message(fault, where=text, fix=fix))
+        return float(shown.attrs["exposure"])
     try:
         factor = float(text)
     except ValueError:

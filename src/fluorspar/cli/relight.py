@@ -95,7 +95,7 @@ def relight(
     lights = settings(light, "--light", light_of)
     materials = pairs(material or [], "--material")
     check_images(output, pictures, (paths, *files_named(lights, materials, library or [])))
-    shown_with = exposure_of(exposure, [*output, pictures])
+    shown_with = exposure_of(exposure, output, pictures)
     if denoise:
         check_extra("denoise")
     kept = load_paths(paths)

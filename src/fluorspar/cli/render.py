@@ -222,7 +222,7 @@ def render(
     )
     lights = settings(light, "--light", light_of)
     check_images(output, pictures, (scene, mesh, *files_named(lights, {}, [])))
-    shown_with = exposure_of(exposure, [*output, pictures])
+    shown_with = exposure_of(exposure, output, pictures)
     if denoise:
         check_extra("denoise")
     streamed = None if denoise else stream_target(output)

@@ -135,7 +135,9 @@ class Viewpoint:
         up = before if self.target is None else np.sign(before[nearest]) * np.eye(3)[nearest]
         up = up if self.up is None else np.array(self.up)
         whole = Viewpoint(tuple(origin.tolist()), tuple(target.tolist()), tuple(up.tolist()), self.fov)
-        if np.linalg.norm(np.cross(_unit(up), _unit(target - origin))) < _LEVEL:
+        with np.errstate(all="ignore"):
+            across = np.linalg.norm(np.cross(_unit(up), _unit(target - origin)))
+        if not across >= _LEVEL:  # nor a number, where one is too short or too long
             fix = "say what is upwards in the image (up=X,Y,Z)"
             raise OptionError(message("the camera looks upwards or downwards", got=whole, fix=fix))
         return whole
