@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pickle
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import fluorspar
 from fluorspar.bispectral.material import Fluorophore, Material, mix
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.errors import ExtrapolationWarning, MaterialError, PhotonYieldWarning, SpectrumError
@@ -244,3 +246,10 @@ def test_a_mixture_of_dyes_over_different_ranges_stays_in_factors() -> None:
     D = mix([(wide, 0.3), (narrow, 0.7)]).on(grid)
     assert len(D.emission) == 2
     assert D.band() == pytest.approx(0.3 * wide.on(grid).band() + 0.7 * narrow.on(grid).band())
+
+
+def test_a_matrix_without_visible_wavelengths_is_described(tmp_path: Path) -> None:
+    """Its colour is none, and no fault."""
+    file = tmp_path / "ultraviolet.csv"
+    file.write_text("# quantity: band\n# step: 10\nem\\ex,300,310,320\n300,0.5,0,0\n310,0.01,0.5,0\n320,0.02,0.01,0.5\n")
+    assert "no colour" in str(fluorspar.material(file))

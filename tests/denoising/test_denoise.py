@@ -214,6 +214,14 @@ def test_darkness_stays_dark() -> None:
     assert not clean.total().values.any()
 
 
+def test_a_negative_image_is_refused() -> None:
+    image = SpectralImage.from_arrays(
+        np.full((1, 8, 8, 3), -1.0), Wavelengths(400, 600, 100), components=["total"]
+    )
+    with pytest.raises(ImageError, match="no light to denoise"):
+        image.denoised()
+
+
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fluorspar.extras.find_spec", lambda name: None)
     with pytest.raises(FluorsparError, match=r'pip install "fluorspar\[denoise\]"'):

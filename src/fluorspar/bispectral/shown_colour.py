@@ -155,4 +155,5 @@ class LampColour:
             lit = self.light > 0
             gain = np.where(lit, self.viewed_in / np.where(lit, self.light, 1.0), 0.0)
             viewed, white = radiance * gain, self.light * gain
-        return np.asarray(100 * viewed @ weights / (white @ weights[:, 1]))
+        with np.errstate(divide="ignore", invalid="ignore"):  # NaN where no wavelength is visible
+            return np.asarray(100 * viewed @ weights / (white @ weights[:, 1]))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from fluorspar.bispectral.donaldson import DonaldsonMatrix
 from fluorspar.bispectral.measured import MeasuredMatrix
 from fluorspar.bispectral.shown_colour import LampColour
@@ -70,6 +72,8 @@ def daylight_colour(D: DonaldsonMatrix) -> LampColour:
 
 def colour_in_words(seen: LampColour) -> str:
     """A colour in sRGB and CIELAB."""
+    if not np.isfinite(seen.lab).all():
+        return "no colour, for want of visible wavelengths"
     rgb = " ".join(str(round(255 * float(c))) for c in seen.srgb)
     lab = " ".join(f"{c:.1f}" for c in seen.lab.round(1) + 0.0)  # no "-0.0"
     return f"sRGB {rgb}, L*a*b* {lab}"

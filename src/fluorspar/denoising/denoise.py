@@ -74,6 +74,14 @@ def denoise(
     names = [name for name in image.components if name != _SOURCE]
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
         *parts, whole = pictures_of(dataset, names, _CHANNELS, pool)
+        if whole.channels.mean() < 0:
+            raise ImageError(
+                message(
+                    "there is no light to denoise",
+                    got="a negative radiance, on average over the image",
+                    fix="denoise images of light, and take their difference afterwards",
+                )
+            )
         lit = {name: part for name, part in zip(names, parts, strict=True) if part.channels.any()}
         error = _denoise_total(whole, dataset, surfaces, pool)
         if len(lit) > 1:  # one alone is the total
