@@ -251,5 +251,6 @@ def test_a_mixture_of_dyes_over_different_ranges_stays_in_factors() -> None:
 def test_a_matrix_without_visible_wavelengths_is_described(tmp_path: Path) -> None:
     """Its colour is none, and no fault."""
     file = tmp_path / "ultraviolet.csv"
-    file.write_text("# quantity: band\n# step: 10\nem\\ex,300,310,320\n300,0.5,0,0\n310,0.01,0.5,0\n320,0.02,0.01,0.5\n")
+    rows = "300,0.5,0,0", "310,0.01,0.5,0", "320,0.02,0.01,0.5"
+    file.write_text("\n".join(["# quantity: band", "# step: 10", "em\\ex,300,310,320", *rows]))
     assert "no colour" in str(fluorspar.material(file))
