@@ -168,7 +168,7 @@ ExposureOption: TypeAlias = Annotated[
 
 def exposure_of(
     text: str | None,
-    outputs: Sequence[Path] = (Path(".png"),),
+    outputs: Sequence[Path] = (Path("a.png"),),
     pictures: Path | None = None,
     *,
     white: Any = None,
