@@ -1,15 +1,12 @@
 """Runs inside Blender: builds small scenes, saves them and renders them with Cycles, for the tests of the import.
 
-Requests are those of `fluorspar.blender.process`.
+Requests are those of `fluorspar.blender.process`, for the functions in `ANSWERS`.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import os
-import sys
-import traceback
 
 import bpy
 
@@ -422,21 +419,4 @@ def no_camera(scene) -> None:
     floor(scene)
 
 
-def main() -> None:
-    mark = sys.argv[-1]
-
-    def answer(said: dict) -> None:
-        sys.stdout.flush()
-        os.write(1, f"\n{mark} {json.dumps(said)}\n".encode())
-
-    answer({"version": list(bpy.app.version)})
-    for line in sys.stdin.buffer:
-        request = json.loads(line)
-        try:
-            answer({"build": build}[request.pop("do")](**request))
-        except Exception:
-            answer({"error": traceback.format_exc()})
-
-
-if __name__ == "__main__":
-    main()
+ANSWERS = {"build": build}
