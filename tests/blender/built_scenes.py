@@ -1,16 +1,16 @@
 """Runs inside Blender: builds small scenes, saves them and renders them with Cycles, for the tests of the import.
 
-Requests are those of `fluorspar.blender.process`.
+Requests are those of `fluorspar.blender.process`, for the functions in `ANSWERS`.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import sys
-import traceback
+from unittest.mock import Mock
 
+import addon_utils
 import bpy
 
 SIZE, SAMPLES = 32, 256
@@ -422,21 +422,23 @@ def no_camera(scene) -> None:
     floor(scene)
 
 
-def main() -> None:
-    mark = sys.argv[-1]
+def use_panel(panel: str, blend: str) -> dict:
+    """Add the add-on of a file to a built scene, and save the scene with what its properties set."""
+    bpy.ops.wm.open_mainfile(filepath=blend)
+    sys.path.append(os.path.dirname(panel))
+    addon = addon_utils.enable(os.path.basename(panel).removesuffix(".py"))
+    scene, layout = bpy.context.scene, Mock()
+    red, plain = matte("red", (1, 0, 0)), matte("plain", (1, 1, 1))
+    for at, material in enumerate((red, plain)):
+        corners = [(at, 0, 1), (at + 1, 0, 1), (at + 1, 1, 1), (at, 1, 1)]
+        mesh(scene, material.name, corners, [(0, 1, 2, 3)], material)
+        material.fluorescent_name, material.fluorescent_concentration = "poster-red", 0.5
+    plain.fluorescent_name = ""
+    addon.FluorescentPanel.draw(Mock(layout=layout), Mock(material=red))
+    shown = [getattr(*call.args) for call in layout.prop.call_args_list]
+    bpy.ops.wm.save_as_mainfile(filepath=blend)
+    addon_utils.disable(addon.__name__)
+    return {"shown": shown, "names": addon.NAMES}
 
-    def answer(said: dict) -> None:
-        sys.stdout.flush()
-        os.write(1, f"\n{mark} {json.dumps(said)}\n".encode())
 
-    answer({"version": list(bpy.app.version)})
-    for line in sys.stdin.buffer:
-        request = json.loads(line)
-        try:
-            answer({"build": build}[request.pop("do")](**request))
-        except Exception:
-            answer({"error": traceback.format_exc()})
-
-
-if __name__ == "__main__":
-    main()
+ANSWERS = {"build": build, "use_panel": use_panel}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
+from fluorspar.bispectral.library import material, materials
 from fluorspar.blender.importing.import_blender import import_blender
 from fluorspar.blender.process import BlenderProcess
 from fluorspar.colour.observers import matching_functions
@@ -104,3 +106,19 @@ def test_no_camera(blender: BlenderProcess, tmp_path: Path) -> None:
     blender.ask("build", kind="no_camera", blend=str(file))
     with pytest.raises(SceneError, match=r"no camera[\s\S]*empty.blend[\s\S]*add a camera"):
         import_blender(file, tmp_path / "scene", blender=BLENDER)
+
+
+def test_the_panel_says_what_fluoresces(blender: BlenderProcess, tmp_path: Path) -> None:
+    """Rationale: the add-on of the examples is the way without custom properties. Expected: they are what it sets."""
+    file, panel = tmp_path / "sun.blend", Path(__file__).parents[2] / "examples" / "blender_panel.py"
+    blender.ask("build", kind="sun", blend=str(file))
+    answer = blender.ask("use_panel", panel=str(panel), blend=str(file))
+    assert answer["shown"] == ["poster-red", 0.5]
+    assert answer["names"] == [name for name in materials() if material(name).fluorescent]
+    scene = load_scene(import_blender(file, tmp_path / "scene", blender=BLENDER))
+    assert [made.name for made in scene.materials if made.fluorescent] == ["poster-red"]
+    half = ET.parse(tmp_path / "scene" / "scene.xml").find(
+        ".//bsdf[@type='fluorescent']/float[@name='concentration']"
+    )
+    assert half is not None
+    assert float(half.get("value", "")) == 0.5

@@ -18,7 +18,7 @@ from fluorspar.files.temporary import temporary_folder
 from fluorspar.rendering import render
 from fluorspar.staged.renderers.cycles.renderer import CyclesRenderer
 
-SCRIPT = Path("worker.py")
+SCRIPT = Path("inside.py")
 
 
 def program(folder: Path, does: str, version: str = "Blender 3.4.1") -> Path:

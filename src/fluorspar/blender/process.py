@@ -1,4 +1,4 @@
-"""A script that runs inside Blender and answers requests, one JSON line each.
+"""Blender as a child that answers requests, one JSON line each; what answers inside it is `worker.py`.
 
 Requests go to its standard input. Blender itself writes to standard output, so answers are lines with a mark of their
 own there, and everything else is kept to be shown if something goes wrong. Arrays are files in a folder of both.
@@ -30,16 +30,17 @@ __all__ = ["PATIENCE", "BlenderProcess"]
 
 PATIENCE = 600.0  # seconds without a line of output; Cycles says every now and then how far it is
 _SHOWN = 12  # last lines of output in a message
+_WORKER = Path(__file__).with_name("worker.py")
 _GRACE = 5.0  # seconds to end by itself
 
 
 class BlenderProcess:
-    """Blender, running a script that waits for requests. Use it in a `with` statement: it then ends with it.
+    """Blender, running functions that wait for requests. Use it in a `with` statement: it then ends with it.
 
     Parameters
     ----------
-    script : Path
-        What runs inside Blender.
+    inside : Path
+        What runs inside Blender: a Python file, or a folder of such, with the functions in `ANSWERS`.
     blender : str or path, optional
         See `start_command`.
     patience : float
@@ -59,9 +60,9 @@ class BlenderProcess:
     """
 
     def __init__(
-        self, script: Path, blender: str | os.PathLike[str] | None = None, patience: float = PATIENCE
+        self, inside: Path, blender: str | os.PathLike[str] | None = None, patience: float = PATIENCE
     ) -> None:
-        command = start_command(blender, script)
+        command = start_command(blender, _WORKER)
         self._mark, self._patience = f"@{secrets.token_hex(8)} ", patience
         self._files = 0
         self._lines: queue.Queue[str | None] = queue.Queue()
@@ -70,7 +71,7 @@ class BlenderProcess:
         try:
             # in a session of its own: Ctrl-C reaches this process only, which ends the child
             self._child = subprocess.Popen(
-                [*command, self._mark.strip()],
+                [*command, os.path.abspath(inside), self._mark.strip()],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,

@@ -15,7 +15,7 @@ from fluorspar.files.names import text_of
 
 __all__ = ["import_blender"]
 
-_SCRIPT = Path(__file__).with_name("inside.py")
+_INSIDE = Path(__file__).with_name("inside_blender")
 _MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")  # plain, or compressed by Zstandard or gzip
 _LISTED = "import.txt"
 
@@ -84,7 +84,7 @@ def import_blender(
 
 
 def _imported(source: Path, folder: Path, blender: str | os.PathLike[str] | None) -> Listing:
-    with BlenderProcess(_SCRIPT, blender) as process:
+    with BlenderProcess(_INSIDE, blender) as process:
         out = process.name(".json")
         answer = process.ask(
             "describe",

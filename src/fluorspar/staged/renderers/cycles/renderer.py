@@ -19,7 +19,7 @@ from fluorspar.staged.renderers.mitsuba.renderer import VARIANTS
 
 __all__ = ["CyclesRenderer"]
 
-_WORKER = Path(__file__).with_name("worker.py")
+_INSIDE = Path(__file__).with_name("inside_blender")
 
 
 class CyclesRenderer:
@@ -66,7 +66,7 @@ class CyclesRenderer:
         self._meshes.clear()
         self._scenes.clear()
         with (
-            BlenderProcess(_WORKER, self._blender, self._patience) as self._process,
+            BlenderProcess(_INSIDE, self._blender, self._patience) as self._process,
             use_variant(VARIANTS["llvm"]),  # it reads shapes
         ):
             try:

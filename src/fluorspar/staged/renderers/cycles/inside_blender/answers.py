@@ -1,21 +1,15 @@
-"""Answers requests: JSON lines on standard input, answers lines of standard output that begin with a mark."""
+"""What answers the requests of Fluorspar, one function each."""
 
 from __future__ import annotations
 
 import json
 import os
-import sys
 import time
-import traceback
-from collections.abc import Callable
 from typing import Any
 
 from .held_scene import HeldScene
 
-if not __name__.startswith("fluorspar"):  # else there is no Blender, and nothing here is used
-    import bpy
-
-__all__ = ["serve"]
+__all__ = ["bake", "load", "look", "render"]
 
 HELD: dict[int, HeldScene] = {}
 
@@ -53,25 +47,3 @@ def bake(number: int, bounces: int, seed: int, out: str, **spectra: Any) -> dict
     began = time.perf_counter()
     held.probes.bake(out)
     return {"seconds": time.perf_counter() - began}
-
-
-def serve() -> None:
-    mark = sys.argv[-1]
-
-    def answer(said: dict[str, Any]) -> None:
-        sys.stdout.flush()
-        os.write(1, f"\n{mark} {json.dumps(said)}\n".encode())
-
-    answer({"version": list(bpy.app.version)})
-    known: dict[str, Callable[..., dict[str, Any]]] = {
-        "load": load,
-        "render": render,
-        "look": look,
-        "bake": bake,
-    }
-    for line in sys.stdin.buffer:
-        request = json.loads(line)
-        try:
-            answer(known[request.pop("do")](**request))
-        except Exception:
-            answer({"error": traceback.format_exc()})
