@@ -22,7 +22,6 @@ def denoise_channels(
     *,
     fast: bool = False,
     own_means: bool = False,
-    out: Array | None = None,
 ) -> Array:
     """Denoise channels, three at a time.
 
@@ -36,8 +35,6 @@ def denoise_channels(
         In half the time, and a little less well.
     own_means : bool
         Give blocks their own means again, as far as these are known, see `block_factors`.
-    out : ndarray of shape (Y, X, n), optional
-        Where the result goes, which may be `channels` itself. Default: a new array.
 
     Returns
     -------
@@ -49,7 +46,7 @@ def denoise_channels(
         guides = dict(zip(("albedo", "normal"), of_surfaces, strict=True))
     count = channels.shape[2]
     calls = -(-count // 3)
-    out = np.empty_like(channels) if out is None else out
+    out = np.empty_like(channels)
     for call in range(calls):
         # 0, 2, 4 and 1, 3, 5: each three reach over all wavelengths, as those of a picture do
         taken = np.arange(call, count, calls)

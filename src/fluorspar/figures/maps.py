@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -118,15 +118,7 @@ def images_figure(comparison: Comparison) -> Figure:
 def _overview(images: ImageComparison, comparison: Comparison) -> Figure:
     figure = _sized(images, 3, rows=2, bars=True)
     panels = figure.subplots(2, 3).ravel()
-    signed, factor = signed_picture(images)
-    shown = (
-        (images.rgb_a, f"A: {short(comparison.title_a)}"),
-        (images.rgb_b, f"B: {short(comparison.title_b)}"),
-        (signed, f"grey + {factor:g} (B − A)"),
-    )
-    for panel, (picture, title) in zip(panels[:3], shown, strict=True):
-        _picture(panel, picture)
-        put_title(panel, title)
+    _side_by_side(panels[:3], comparison)
     _magnitude(figure, panels[3], images.de00, "CIEDE2000")
     _magnitude(figure, panels[4], images.rmse, "RMSE")
     for panel in panels[:5]:
@@ -160,21 +152,24 @@ def _components(comparisons: Mapping[str, Comparison]) -> Figure:
     figure = _sized(_images(next(iter(comparisons.values()))), 3, rows=len(comparisons))
     panels = figure.subplots(len(comparisons), 3, squeeze=False)
     for row, (name, comparison) in zip(panels, comparisons.items(), strict=True):
-        images = _images(comparison)
-        signed, factor = signed_picture(images)
-        for panel, (picture, title) in zip(
-            row,
-            (
-                (images.rgb_a, f"{name}   A: {short(comparison.title_a)}"),
-                (images.rgb_b, f"B: {short(comparison.title_b)}"),
-                (signed, f"grey + {factor:g} (B − A)"),
-            ),
-            strict=True,
-        ):
-            _picture(panel, picture)
-            put_title(panel, title)
+        _side_by_side(row, comparison, f"{name}   ")
+        for panel in row:
             panel.set_axis_off()
     return figure
+
+
+def _side_by_side(panels: Iterable[Axes], comparison: Comparison, name: str = "") -> None:
+    """Both pictures, and their signed difference."""
+    images = _images(comparison)
+    signed, factor = signed_picture(images)
+    shown = (
+        (images.rgb_a, f"{name}A: {short(comparison.title_a)}"),
+        (images.rgb_b, f"B: {short(comparison.title_b)}"),
+        (signed, f"grey + {factor:g} (B − A)"),
+    )
+    for panel, (picture, title) in zip(panels, shown, strict=True):
+        _picture(panel, picture)
+        put_title(panel, title)
 
 
 def _magnitude(figure: Figure, panel: Axes, values: NDArray[np.float32], title: str) -> None:
