@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import dask
 import pytest
 from distributed import Client, LocalCluster
 
@@ -52,7 +53,11 @@ def scheduler_and_worker(folder: Path) -> Iterator[tuple[Client, int]]:
             assert time.monotonic() < until
             time.sleep(0.05)
         worker = subprocess.Popen([*run, *options], stdout=log, stderr=log)
-        with Client(scheduler_file=str(file)) as client:
+        # How long a client tries to find a scheduler again that is lost: by default 30 s.
+        with (
+            dask.config.set({"distributed.comm.timeouts.connect": "5s"}),
+            Client(scheduler_file=str(file)) as client,
+        ):
             yield client, scheduler.pid
     finally:
         for process in (scheduler, worker):

@@ -19,7 +19,9 @@ from fluorspar import SpectralImage, batch
 from fluorspar.cluster.versions import versions_here
 from fluorspar.errors import ClusterError
 from fluorspar.studies.batch import _task
+from fluorspar.studies.do_group import Result
 from fluorspar.studies.groups import groups_of
+from fluorspar.studies.index import index_of, write_index
 from fluorspar.studies.study import read_study
 
 STUDY: dict[str, Any] = {
@@ -154,3 +156,14 @@ def test_a_scheduler_that_is_lost_ends_the_batch(tmp_path: Path) -> None:
     assert status[0] == "done"
     assert status.count("open") == 8 - status.count("done") > 0
     assert batch(tmp_path / "study.toml")["status"].values.tolist() == ["done"] * 8
+
+
+def test_an_index_is_written_though_the_scheduler_is_lost(tmp_path: Path) -> None:
+    """While the client still is the default one, from which a writer of NetCDF would ask a lock."""
+    (tmp_path / "study.toml").write_text('output = "{seed}.nc"\n[render]\nscene = "furnace"\nseed = 1')
+    study = read_study(tmp_path / "study.toml")
+    with scheduler_and_worker(tmp_path) as (client, scheduler):
+        os.kill(scheduler, signal.SIGKILL)
+        write_index(study, index_of(study, [Result(1, "done")]))
+    with xr.open_dataset(tmp_path / "study-index.nc") as index:
+        assert index["status"].values.tolist() == ["done"]

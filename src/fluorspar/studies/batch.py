@@ -143,8 +143,10 @@ def run_study(
             text = f"interrupted: {of}; the same command goes on with the others"
             warnings.warn(text, FluorsparWarning, stacklevel=3)
     except ClusterError:
-        with suppress(FluorsparError):
+        try:
             _write(study, found)
+        except FluorsparError as err:
+            warnings.warn(f"the index is not up to date: {err}", FluorsparWarning, stacklevel=3)
         raise
     _write(study, found)
     return _all(study, found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -92,6 +93,8 @@ def write_index(study: Study, index: xr.Dataset) -> None:
     ImageError
         If a file cannot be written.
     """
+    from xarray.backends import H5NetCDFStore
+
     if study.index is None:
         return
     with replacing(study.index.with_name(f"{study.index.name}.csv")) as temporary:
@@ -100,7 +103,9 @@ def write_index(study: Study, index: xr.Dataset) -> None:
         replacing(study.index.with_name(f"{study.index.name}.nc")) as temporary,
         TemporaryDirectory() as folder,  # HDF5 opens no file that is locked
     ):
-        index.to_netcdf(Path(folder, "index.nc"), engine="h5netcdf")
+        # `to_netcdf` would ask a lock of the scheduler of Dask, which may be the reason why this is written.
+        with closing(H5NetCDFStore.open(os.path.join(folder, "index.nc"), mode="w", lock=False)) as store:
+            index.dump_to_store(store)
         temporary.write_bytes(Path(folder, "index.nc").read_bytes())
 
 
