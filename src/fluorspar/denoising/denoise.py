@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
-from itertools import chain
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.denoising.errors import relative_error
+from fluorspar.denoising.finishing import finish
 from fluorspar.denoising.oidn import denoise_channels
 from fluorspar.denoising.pictures import Picture, channels_of_errors, pictures_of, strips
-from fluorspar.denoising.shares import shared_out, sum_of
 from fluorspar.denoising.windows import mean_around, noise_around, noisy_share
 from fluorspar.errors import ImageError, message
 from fluorspar.extras import check_extra
 from fluorspar.image.computed import computed
-from fluorspar.image.dataset import values_of
+from fluorspar.image.dataset import names_of, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.measuring.image_scene import as_seen, given_scene, scene_of
@@ -35,7 +35,8 @@ __all__ = ["Surfaces", "denoise", "surfaces_of"]
 
 Array = NDArray[np.float32]
 Surfaces = tuple[Array, Array]
-Rows = Callable[[slice], Array]
+# Fills in rows of an image: an array of some rows and all behind them, the row that it begins with, and the rows.
+Fill = Callable[[Array, int, slice], None]
 
 _CHANNELS = 2, 6  # of a component, and of the total
 _WINDOW = 7  # pixels, for the blend with the noisy image
@@ -86,34 +87,38 @@ def denoise(
         error = _denoise_total(whole, dataset, surfaces, pool)
         if len(lit) > 1:  # one alone is the total
             _denoise_components(list(lit.values()), surfaces, pool)
-    radiance = _radiance(dataset, lit, whole)
-    guided = "without the scene" if surfaces is None else "guided by colours and normals of surfaces"
-    parts_of = {"radiance": radiance, "denoised_error": error}
+    fills = {"radiance": _radiance(dataset, lit, whole), "denoised_error": error}
     if "standard_error" in dataset:
-        parts_of["noisy_standard_error"] = lambda rows: values_of(dataset, "standard_error", rows)
-    by_strips = {name: _by_strips(rows, threads or usable_cores()) for name, rows in parts_of.items()}
+        fills["noisy_standard_error"] = _copy_of(dataset)
+    components, last = len(image.components), (image.size[0], len(image.wavelengths))
+    variables = {
+        name: _by_strips(fill, (components, *last) if name == "radiance" else last, threads or usable_cores())
+        for name, fill in fills.items()
+    }
+    guided = "without the scene" if surfaces is None else "guided by colours and normals of surfaces"
     attrs = {**dataset.attrs, "denoised": f"Open Image Denoise, {guided}"}
     for name in ("fingerprint", "study_row"):  # it is no longer what was rendered
         attrs.pop(name, None)
-    return SpectralImage(computed(by_strips, image.size, image.wavelengths, attrs, image.components))
+    return SpectralImage(computed(variables, image.size, image.wavelengths, attrs, image.components))
 
 
-def _by_strips(some: Rows, threads: int) -> Rows:
-    """A function of few rows as one of many, in several threads."""
+def _by_strips(fill: Fill, shape: tuple[int, ...], threads: int) -> Callable[[slice], Array]:
+    """A function of rows that fills them in strips, in several threads; the shape is that of a row."""
 
     def of(rows: slice) -> Array:
-        cut = strips(rows.start, rows.stop)
-        if len(cut) == 1:
-            return some(rows)
+        whole = np.empty((*shape[:-2], rows.stop - rows.start, *shape[-2:]), np.float32)
         with ThreadPoolExecutor(threads) as pool:
-            parts = pool.map(some, cut)
-            first = next(parts)
-            whole = np.empty((*first.shape[:-3], rows.stop - rows.start, *first.shape[-2:]), np.float32)
-            for strip, part in zip(cut, chain([first], parts), strict=True):
-                whole[..., strip.start - rows.start : strip.stop - rows.start, :, :] = part
+            list(pool.map(partial(fill, whole, rows.start), strips(rows.start, rows.stop)))
         return whole
 
     return of
+
+
+def _copy_of(dataset: xr.Dataset) -> Fill:
+    def fill(out: Array, first: int, rows: slice) -> None:
+        out[rows.start - first : rows.stop - first] = values_of(dataset, "standard_error", rows)
+
+    return fill
 
 
 def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
@@ -127,8 +132,8 @@ def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
     return seen_first(job.scene, job.grid, job.computed_grid)
 
 
-def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | None, pool: Executor) -> Rows:
-    """Denoise the total, in place; return what gives rows of its estimated error, ndarray of shape (rows, X, N)."""
+def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | None, pool: Executor) -> Fill:
+    """Denoise the total, in place; return what fills in its estimated error."""
     noisy, lamps = picture.channels, _lamps(dataset)
     clean = denoise_channels(noisy, surfaces, own_means=True)
     removed = noisy - clean
@@ -146,7 +151,7 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
     left = np.hypot((1 - own) * of_clean, own * errors)
     picture.channels = clean + own * removed
 
-    def error(rows: slice) -> Array:
+    def error(out: Array, first: int, rows: slice) -> None:
         by_channels = np.sqrt(np.square(left[rows]) @ np.square(picture.spectra))
         # Between channels errors are shared, and not smaller than on average.
         on_average = left[rows].mean(axis=2, keepdims=True) / np.maximum(
@@ -156,7 +161,7 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
         if lamps[rows].any() and "standard_error" in dataset:
             of_lamps = values_of(dataset, "standard_error", rows)
             values[lamps[rows]] = np.hypot(values, of_lamps)[lamps[rows]]
-        return np.asarray(values, np.float32)
+        out[rows.start - first : rows.stop - first] = values
 
     return error
 
@@ -179,7 +184,7 @@ def _blend(picture: Picture, noisy: Array, clean: Array) -> None:
     level = mean_around(picture.channels.mean(axis=2), _WINDOW)
     error = np.sqrt(np.maximum(own, _LEFT**2) * variance)
     relative = np.divide(error, level, out=np.full_like(error, _UNKNOWN), where=level > error)
-    picture.uncertainty = np.square(np.maximum(relative, _KNOWN))[..., np.newaxis]
+    picture.uncertainty = np.square(np.maximum(relative, _KNOWN))
 
 
 def _lamps(dataset: xr.Dataset) -> NDArray[np.bool_]:
@@ -191,25 +196,15 @@ def _lamps(dataset: xr.Dataset) -> NDArray[np.bool_]:
     return np.concatenate(blocks)
 
 
-def _radiance(dataset: xr.Dataset, lit: dict[str, Picture], whole: Picture) -> Rows:
-    """What gives rows of all components: the denoised ones add up to the denoised total, the rest stays as it is."""
-    names = [str(name) for name in dataset["component"].values]
+def _radiance(dataset: xr.Dataset, lit: dict[str, Picture], whole: Picture) -> Fill:
+    """What fills in all components: the denoised ones add up to the denoised total, the rest stays as it is."""
+    names = names_of(dataset)
+    places = [names.index(name) for name in lit]
 
-    def finished(rows: slice) -> Array:
-        radiance = np.stack([values_of(dataset, "radiance", rows, name) for name in names])
+    def fill(out: Array, first: int, rows: slice) -> None:
+        for values, name in zip(out, names, strict=True):
+            values[rows.start - first : rows.stop - first] = values_of(dataset, "radiance", rows, name)
         if lit:
-            for y in range(rows.start, rows.stop):  # what stays in the caches
-                finish_row(slice(y, y + 1), radiance[:, y - rows.start, np.newaxis])
-        return radiance
+            finish(out, places, list(lit.values()), whole, first, rows)
 
-    def finish_row(row: slice, radiance: Array) -> None:
-        done = [radiance[names.index(name)] for name in lit]
-        total = whole.denoised(sum_of(done), row)
-        if len(done) == 1:
-            done[0][...] = total
-            return
-        for part, values in zip(lit.values(), done, strict=True):
-            values[...] = part.denoised(values, row)
-        shared_out(total, done, [part.uncertainty[row] for part in lit.values()])
-
-    return finished
+    return fill

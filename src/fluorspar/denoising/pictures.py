@@ -19,7 +19,6 @@ __all__ = ["Picture", "channels_of_errors", "pictures_of", "strips"]
 
 Array = NDArray[np.float32]
 
-_MOST = 2.0  # factor on what no channel holds
 _LOOKED_AT = 16  # strips, and more: these tell the spectra of the image
 _ROWS = 16  # at a time: what stays in the caches
 
@@ -36,7 +35,7 @@ class Picture:
         What they are of spectra, see `channel_ranges`.
     spectra : ndarray of shape (n, N)
         What goes with them, see `channel_spectra`.
-    uncertainty : ndarray of shape (Y, X, 1)
+    uncertainty : ndarray of shape (Y, X)
         Variance of the denoised channels, over the square of their level; of components only.
     """
 
@@ -44,16 +43,6 @@ class Picture:
     ranges: Array
     spectra: Array
     uncertainty: Array = field(init=False)
-
-    def denoised(self, radiance: Array, rows: slice) -> Array:
-        """Denoise the spectra of some rows: what no channel holds becomes lighter or darker as they do."""
-        noisy, clean = np.nan_to_num(radiance @ self.ranges), self.channels[rows]
-        before, after = noisy.sum(axis=2, keepdims=True), clean.sum(axis=2, keepdims=True)
-        factor = np.divide(after, before, out=np.ones_like(before), where=before > 0)
-        np.minimum(factor, _MOST, out=factor)
-        spectra = radiance * factor
-        spectra += (clean - factor * noisy) @ self.spectra
-        return np.asarray(spectra)
 
 
 def strips(start: int, stop: int) -> list[slice]:

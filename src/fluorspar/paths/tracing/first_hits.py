@@ -24,7 +24,7 @@ __all__ = ["first_hits"]
 Array = NDArray[np.float32]
 
 _SAMPLES = 16  # of a pixel
-_RAYS = 1 << 21  # at a time
+_PIXELS = 1 << 18  # at a time
 _MIRRORS = 6  # smooth surfaces that are looked through
 
 
@@ -55,40 +55,48 @@ def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
     table = mi.Float(np.asarray(colours, np.float32).ravel())
     count = settings.width * settings.height
     colour, normal = (np.empty((count, 3), np.float32) for _ in range(2))
-    at_a_time = max(_RAYS // _SAMPLES, 1)
-    for first in range(0, count, at_a_time):
-        pixels = min(at_a_time, count - first)
-        seen = _look(tracer, table, first, pixels)
+    for first in range(0, count, _PIXELS):
+        pixels = min(_PIXELS, count - first)
+        seen = _look(tracer, table, dr.opaque(mi.UInt32, first), pixels)
         for out, values in zip((colour, normal), seen, strict=True):
             out[first : first + pixels] = np.stack([value.numpy() for value in values], axis=1)
     shape = (settings.height, settings.width, 3)
     return colour.reshape(shape), normal.reshape(shape)
 
 
-def _look(tracer: Tracer, table: Any, first: int, pixels: int) -> tuple[Any, Any]:
-    """Mean colour and normal of some pixels; the samples of one are behind one another."""
-    lane = dr.arange(mi.UInt32, pixels * _SAMPLES)
-    pixel = lane // _SAMPLES + dr.opaque(mi.UInt32, first)
-    sample = lane % _SAMPLES
-    ray = camera_ray(tracer, pixel, sample)
-    if isinstance(tracer, LobeTracer):
-        o, d = mi.Point3f(ray.o), mi.Vector3f(ray.d)
-        colour, normal, counts = _through_mirrors(tracer, table, o, d, pixel, sample)
-        return _mean(colour, normal, dr.select(counts, mi.Float(1), 0.0))
+@dr.syntax
+def _look(tracer: Tracer, table: Any, first: Any, pixels: int) -> tuple[Any, Any]:
+    """Mean colour and normal of some pixels, one sample after another."""
+    pixel = dr.arange(mi.UInt32, pixels) + first
+    colour, normal, count = (
+        dr.zeros(mi.Vector3f, pixels),
+        dr.zeros(mi.Vector3f, pixels),
+        dr.zeros(mi.Float, pixels),
+    )
+    sample = mi.UInt32(0)
+    while sample < _SAMPLES:
+        ray = camera_ray(tracer, pixel, sample)
+        counts = mi.Bool(True)
+        if dr.hint(isinstance(tracer, LobeTracer), mode="scalar"):
+            shown, facing, counts = _through_mirrors(tracer, table, ray, pixel, sample)
+        else:
+            shown, facing = _seen(tracer, table, ray)
+        colour += dr.select(counts, shown, 0.0)
+        normal += dr.select(counts, facing, 0.0)
+        count += dr.select(counts, mi.Float(1), 0.0)
+        sample += 1
+    count = dr.maximum(count, 1)
+    colour, normal = colour / count, normal / count
+    dr.eval(colour, normal)
+    return colour, normal
+
+
+def _seen(tracer: Tracer, table: Any, ray: Any) -> tuple[Any, Any]:
     hit = tracer.scene.mitsuba_scene.ray_intersect_preliminary(ray, coherent=True)
     si = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal | mi.RayFlags.ShadingFrame)
     row = tracer.row_of(si)
     active = si.is_valid() & (row != END)
-    colour = dr.gather(mi.Vector3f, table, row, active)
-    return _mean(colour, dr.select(active, _normal(si), 0.0), mi.Float(1))
-
-
-def _mean(colour: Any, normal: Any, weight: Any) -> tuple[Any, Any]:
-    """Means over the samples of each pixel that count."""
-    count = dr.maximum(dr.block_sum(dr.zeros(mi.Float, dr.width(normal)) + weight, _SAMPLES), 1)
-    means = [[dr.block_sum(x * weight, _SAMPLES) / count for x in values] for values in (colour, normal)]
-    dr.eval(means)
-    return means[0], means[1]
+    return dr.gather(mi.Vector3f, table, row, active), dr.select(active, _normal(si), 0.0)
 
 
 def _normal(si: Any) -> Any:
@@ -97,15 +105,14 @@ def _normal(si: Any) -> Any:
 
 @dr.syntax
 def _through_mirrors(
-    tracer: LobeTracer, table: Any, o: Any, d: Any, pixel: Any, sample: Any
+    tracer: LobeTracer, table: Any, ray: Any, pixel: Any, sample: Any
 ) -> tuple[Any, Any, Any]:
     """Follow each ray to the first surface that is not smooth; what a smooth coat reflects does not count."""
     scene = tracer.scene.mitsuba_scene
     context = mi.BSDFContext()
-    lanes = dr.width(pixel)
-    colour, normal = dr.ones(mi.Vector3f, lanes), dr.zeros(mi.Vector3f, lanes)
-    number = dr.zeros(mi.UInt32, lanes)
-    active, counts = (dr.full(mi.Bool, True, lanes) for _ in range(2))
+    o, d = mi.Point3f(ray.o), mi.Vector3f(ray.d)
+    colour, normal, number = mi.Vector3f(1), mi.Vector3f(0), mi.UInt32(0)
+    active, counts = mi.Bool(True), mi.Bool(True)
     while active:
         ray = mi.Ray3f(o, d)
         si = scene.ray_intersect(ray)
