@@ -214,6 +214,16 @@ def test_darkness_stays_dark() -> None:
     assert not clean.total().values.any()
 
 
+def test_errors_are_numbers_where_half_of_the_image_is_black() -> None:
+    """An error there is no share of the light, of which there is none."""
+    radiance = np.zeros((7, 64, 64, 31), np.float32)
+    radiance[1] = np.random.default_rng(0).gamma(2, 1, (64, 64, 1))
+    radiance[1, :, 32:] = 0
+    errors = np.full((64, 64, 31), 0.5)
+    image = SpectralImage.from_arrays(radiance, Wavelengths.parse(GRID), standard_error=errors)
+    assert np.isfinite(image.denoised().dataset["denoised_error"]).all()
+
+
 def test_a_negative_image_is_refused() -> None:
     image = SpectralImage.from_arrays(
         np.full((1, 8, 8, 3), -1.0), Wavelengths(400, 600, 100), components=["total"]

@@ -39,9 +39,11 @@ Surfaces = tuple[Array, Array]
 Fill = Callable[[Array, int, slice], None]
 
 _CHANNELS = 2, 6  # of a component, and of the total
+_QUALITIES = "High", "Balanced"  # of the total: two networks err in ways of their own, which add up to less
 _WINDOW = 7  # pixels, for the blend with the noisy image
 _LEFT = 0.25  # of the noise, in a denoised component
 _KNOWN, _UNKNOWN = 1e-3, 1.0  # errors of components, relative to their level: least and most
+_LEVEL = 1e-3  # of its error, at least: that of a darker pixel is no share of its light
 _SOURCE = "source"
 
 
@@ -135,7 +137,7 @@ def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
 def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | None, pool: Executor) -> Fill:
     """Denoise the total, in place; return what fills in its estimated error."""
     noisy, lamps = picture.channels, _lamps(dataset)
-    clean = denoise_channels(noisy, surfaces, own_means=True)
+    clean = denoise_channels(noisy, surfaces, qualities=_QUALITIES, own_means=True)
     removed = noisy - clean
     if "standard_error" in dataset:
         errors = channels_of_errors(dataset, "standard_error", _CHANNELS[1], pool)
@@ -154,9 +156,9 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
     def error(out: Array, first: int, rows: slice) -> None:
         by_channels = np.sqrt(np.square(left[rows]) @ np.square(picture.spectra))
         # Between channels errors are shared, and not smaller than on average.
-        on_average = left[rows].mean(axis=2, keepdims=True) / np.maximum(
-            picture.channels[rows].mean(axis=2, keepdims=True), np.finfo(np.float32).tiny
-        )
+        mean = left[rows].mean(axis=2, keepdims=True)
+        level = np.maximum(picture.channels[rows].mean(axis=2, keepdims=True), _LEVEL * mean)
+        on_average = np.divide(mean, level, out=np.zeros_like(mean), where=level > 0)
         values = np.maximum(by_channels, on_average * np.abs(picture.channels[rows] @ picture.spectra))
         if lamps[rows].any() and "standard_error" in dataset:
             of_lamps = values_of(dataset, "standard_error", rows)
@@ -169,7 +171,7 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
 def _denoise_components(pictures: list[Picture], surfaces: Surfaces | None, pool: Executor) -> None:
     """Denoise components, in place, and estimate their errors: the surer a component, the less the total changes it."""
     noisy = np.concatenate([picture.channels for picture in pictures], axis=2)
-    clean = denoise_channels(noisy, surfaces, fast=True, own_means=True)
+    clean = denoise_channels(noisy, surfaces, own_means=True)
     count = len(pictures)
     before, after = (np.split(channels, count, axis=2) for channels in (noisy, clean))
     list(pool.map(_blend, pictures, before, after))
