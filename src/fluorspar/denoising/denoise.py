@@ -125,7 +125,8 @@ def _copy_of(dataset: xr.Dataset) -> Fill:
 
 def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
     """Colours and normals of the surfaces that an image of a scene shows, see `seen_first`."""
-    scene, (width, height) = as_seen(scene, image.attrs), image.size
+    spp = image.attrs.get("spp", scene.settings.spp)
+    (width, height), scene = image.size, as_seen(scene, image.attrs).with_settings(spp=int(spp))
     grid = image.wavelengths.values
     held = image.wavelengths if type(image.wavelengths) is Wavelengths else Wavelengths()
     if held is not image.wavelengths and not (grid[0] < held.stop and grid[-1] > held.start):

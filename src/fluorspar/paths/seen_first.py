@@ -22,7 +22,7 @@ def seen_first(scene: Scene, grid: Wavelengths, computed: Wavelengths) -> tuple[
     Parameters
     ----------
     scene : Scene
-        With the size of the image.
+        With the size and samples of the image.
     grid, computed : Wavelengths
         Of the image, and of the light that excites in it; see `RenderJob.computed_grid`.
 

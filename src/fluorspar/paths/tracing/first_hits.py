@@ -23,7 +23,7 @@ __all__ = ["first_hits"]
 
 Array = NDArray[np.float32]
 
-_SAMPLES = 16  # of a pixel
+_FEWEST, _MOST = 32, 256  # samples of a pixel
 _PIXELS = 1 << 18  # at a time
 _MIRRORS = 6  # smooth surfaces that are looked through
 
@@ -34,7 +34,7 @@ def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
     Parameters
     ----------
     scene : Scene
-        With the size of the image.
+        With the size of the image, and as many samples as it has: between 32 and 256 of them are taken.
     colours : ndarray of shape (rows, 3)
         Three numbers for each row of its materials or, behind them, texels.
 
@@ -44,7 +44,7 @@ def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
         Means over the pixel, 0 where nothing is seen: colours, each times how much is reflected, behind mirrors and
         glass those of what is seen there; and normals in the frame of the scene, towards the camera.
     """
-    scene = scene.with_settings(spp=_SAMPLES)
+    scene = scene.with_settings(spp=min(max(scene.settings.spp, _FEWEST), _MOST))
     settings = scene.settings
     survival = np.ones(len(colours), np.float32)
     tracer: Tracer
@@ -53,11 +53,14 @@ def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
     else:
         tracer = LobeTracer(build_lobe_scene(scene), settings, survival, 0)
     table = mi.Float(np.asarray(colours, np.float32).ravel())
+    samples = dr.opaque(
+        mi.UInt32, settings.spp
+    )  # a number written into the kernel would mean a new one for each
     count = settings.width * settings.height
     colour, normal = (np.empty((count, 3), np.float32) for _ in range(2))
     for first in range(0, count, _PIXELS):
         pixels = min(_PIXELS, count - first)
-        seen = _look(tracer, table, dr.opaque(mi.UInt32, first), pixels)
+        seen = _look(tracer, table, dr.opaque(mi.UInt32, first), pixels, samples)
         for out, values in zip((colour, normal), seen, strict=True):
             out[first : first + pixels] = np.stack([value.numpy() for value in values], axis=1)
     shape = (settings.height, settings.width, 3)
@@ -65,7 +68,7 @@ def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
 
 
 @dr.syntax
-def _look(tracer: Tracer, table: Any, first: Any, pixels: int) -> tuple[Any, Any]:
+def _look(tracer: Tracer, table: Any, first: Any, pixels: int, samples: Any) -> tuple[Any, Any]:
     """Mean colour and normal of some pixels, one sample after another."""
     pixel = dr.arange(mi.UInt32, pixels) + first
     colour, normal, count = (
@@ -74,7 +77,7 @@ def _look(tracer: Tracer, table: Any, first: Any, pixels: int) -> tuple[Any, Any
         dr.zeros(mi.Float, pixels),
     )
     sample = mi.UInt32(0)
-    while sample < _SAMPLES:
+    while sample < samples:
         ray = camera_ray(tracer, pixel, sample)
         counts = mi.Bool(True)
         if dr.hint(isinstance(tracer, LobeTracer), mode="scalar"):
