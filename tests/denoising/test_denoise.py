@@ -85,7 +85,7 @@ def test_components_add_up_to_the_total_denoised_on_its_own(box: Renders) -> Non
         lit(box.noisy)[np.newaxis],
         box.noisy.wavelengths,
         box.noisy.standard_error().values,
-        {"method": "paths"},
+        {"method": "paths", "spp": box.noisy.attrs["spp"]},  # guided by as many rays
         components=["total"],
     )
     lamps = box.noisy.component("source").values.max(axis=2) > 0  # where its errors are not those of the rest
