@@ -182,7 +182,7 @@ def compare(
             mean_b=scale.mean_b,
             white=white_xyz,
             observer=observer,
-            notes=(
+            notes=_each_once(
                 *of_units,
                 *of_bands,
                 *of_components,
@@ -240,6 +240,11 @@ def _rmse_bands(grid: Wavelengths) -> tuple[NDArray[np.bool_], tuple[float, floa
     reached = "" if bands == RANGE else ", which is all that both have of 400-700 nm"
     of_range = f"RMSE is taken over {in_range.sum()} bands, {bands[0]:g}-{bands[1]:g} nm{reached}."
     return in_range, bands, Detail(of_range)
+
+
+def _each_once(*notes: str) -> tuple[str, ...]:
+    """What is said of an image and of its points is said once."""
+    return tuple(dict.fromkeys(notes))
 
 
 def _of_tables(tables: tuple[PointSpectra, PointSpectra] | None) -> list[str]:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, FluorsparWarning, ImageError, message
 from fluorspar.files.names import text_of
-from fluorspar.image.components import select
+from fluorspar.image.known_error import is_all_light, known_error
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, is_denoised, unit_of_image
+from fluorspar.image.stated import bands_of, is_denoised, unit_of_image
 from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
 from fluorspar.measuring.image_scene import as_seen, given_scene, scene_of
 from fluorspar.measuring.mean_spectrum import mean_spectrum
@@ -72,8 +72,9 @@ def measure(
         `radiance` of shape (P, N) on the N wavelengths of the image, W m-2 sr-1 nm-1 or the unit that the image
         states. `standard_error` is that of the mean under the aperture, if the image has standard errors of what is
         measured: pixels are independent, the bands of a pixel fully correlated; `freedom` says of how many
-        samples they are. Of a denoised image it is the estimated error, which pixels share. Known whites are kept if
-        all light is measured (the total, or `single_bounce`): illuminance needs it.
+        samples they are. Of a sum of components it is an upper limit, or missing; the notes say so. Of a denoised
+        image it is the estimated error, which pixels share. Known whites are kept if all light is measured (the total,
+        or `single_bounce`): illuminance needs it.
 
     Raises
     ------
@@ -127,8 +128,6 @@ def measure(
         width = _width(pixels, aperture, camera_matrix)
         if width and aperture != Aperture():  # what is asked for; the default is said in the notes
             warnings.warn(f"the aperture is {aperture}{width}", ApproximationWarning, stacklevel=2)
-        components = select(component, image.components)
-        all_light = components == select(None, image.components)
         notes = [
             f"mean under an aperture of {aperture}{width}" + ("" if component is None else f", {component}")
         ]
@@ -136,10 +135,9 @@ def measure(
             notes.append(
                 f"a denoised image ({image.attrs['denoised']}): errors are estimated, and pixels share them"
             )
-        layer = error_layer(image, component)
-        if layer is not None and layer[1] is None and not all_light:
-            notes.append(OF_TOTAL)
-        lit = all_light or components == select("single_bounce", image.components)
+        if of_error := known_error(image, component).note:
+            notes.append(of_error)
+        lit = is_all_light(image, component)
         spectra = PointSpectra(
             tuple(point.name for point in points),
             bands_of(image),
