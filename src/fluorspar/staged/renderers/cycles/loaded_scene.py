@@ -19,6 +19,7 @@ from fluorspar.staged.emitters.patches import EmitterArray
 from fluorspar.staged.options import ALBEDO_FLOOR
 from fluorspar.staged.renderers.cycles.passes_file import read_passes
 from fluorspar.staged.renderers.cycles.plan import Frame, camera_plan, light_plans, mesh_plans
+from fluorspar.staged.renderers.looking_around import directions
 
 __all__ = ["CyclesScene"]
 
@@ -147,6 +148,7 @@ class CyclesScene:
             side=side,
             offset=offset / self._frame.unit,
             size=_PROBE,
+            directions=directions().tolist(),
             out=out,
         )
         self._looked, self._seen = key, np.fromfile(out, dtype=np.bool_)

@@ -20,6 +20,7 @@ from fluorspar.scene.surfaces import ABSORBS
 from fluorspar.scene.variants import usable_cores, use_variant
 from fluorspar.staged.emitters.mesh import TriangleMesh
 from fluorspar.staged.emitters.patches import EmitterArray
+from fluorspar.staged.renderers.looking_around import directions
 from fluorspar.staged.renderers.mitsuba.mesh import surface_mesh
 from fluorspar.staged.renderers.mitsuba.scene_nodes import (
     bsdf,
@@ -283,9 +284,30 @@ class _LoadedScene:
             behind = np.array(dr.dot(hit.n, ray.d) > 0)
             value, _, _ = integrator.sample(self.mitsuba_scene, sampler, ray)
             seen = np.array(value).T
-            seen[self.sides[shape, behind.astype(np.int64)] != 2 * surface + back] = np.nan
+            hidden = self.sides[shape, behind.astype(np.int64)] != 2 * surface + back
+            seen[hidden | self._enclosed(above, up)] = np.nan
             parts.append(seen)
         return np.concatenate(parts)[:, : albedo.shape[1]]
+
+    def _enclosed(self, places: NDArray[np.float32], up: Array) -> NDArray[np.bool_]:
+        """Whether nothing but black backs is seen from places above a surface."""
+        import drjit as dr
+        import mitsuba as mi
+
+        left = np.arange(len(places))
+        for across, aside, along in directions():
+            z = mi.Vector3f(up[left].astype(np.float32).T)
+            x, y = mi.coordinate_system(z)
+            ray = mi.Ray3f(mi.Point3f(places[left].T), across * x + aside * y + along * z)
+            hit = self.mitsuba_scene.ray_intersect(ray)
+            side = self.sides[np.array(dr.reinterpret_array(mi.UInt32, hit.shape)), 1]
+            from_behind = np.array(dr.dot(hit.n, ray.d) > 0)
+            left = left[from_behind & (side >= 0) & (self.row_of_side[side] == ABSORBS)]
+            if not len(left):
+                break
+        enclosed = np.zeros(len(places), dtype=bool)
+        enclosed[left] = True
+        return enclosed
 
 
 def _three(values: Array) -> list[float]:
