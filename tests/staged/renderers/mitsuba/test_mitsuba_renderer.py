@@ -119,8 +119,9 @@ def hollow_box(height: float = 1e-3) -> dict[str, Any]:
     """A low box over the half of the floor where x < 0, without a bottom, black inside."""
 
     def side(x: float, y: float, half: float, turn: float) -> Any:
-        flat = lambda T: T.rotate([0, 0, 1], turn).rotate([1, 0, 0], 90).scale([half, height / 2, 1])
-        return lambda T: T.translate([x, y, height / 2]) @ flat(T)
+        turned = [([0, 0, 1], turn), ([1, 0, 0], 90)]
+        scale = [half, height / 2, 1]
+        return lambda T: T.translate([x, y, height / 2]).rotate(*turned[0]).rotate(*turned[1]).scale(scale)
 
     return {
         "top": lambda T: T.translate([-0.5, 0, height]).scale([0.5, 1, 1]),
