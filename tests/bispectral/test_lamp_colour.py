@@ -184,7 +184,7 @@ def test_lamp_whose_data_end_is_dark_there_and_that_is_said() -> None:
 
 def test_ultraviolet_lamp_has_no_white_to_compare_with() -> None:
     lamp = Spectrum([310, 320, 330], [0, 1, 0], "black light")
-    with pytest.raises(SpectrumError, match="nobody sees this light"):
+    with pytest.raises(SpectrumError, match="this light is not visible"):
         colour_under_lamp(SAMPLE, lamp)
 
 

@@ -432,7 +432,7 @@ def test_alpha_of_an_image_is_a_mask(imported, tmp_path: Path, mode: str) -> Non
     scene, listed = imported([material("m", {"Surface": to(0)})], nodes, images=[leaf])
     masked = mode == "STRAIGHT"
     assert ('type="mask"' in scene.read_text(encoding="utf-8")) == masked
-    assert any("shadows are whole" in sentence for sentence in listed) == masked
+    assert any("opaque shadow" in sentence for sentence in listed) == masked
     if masked:
         grey = np.asarray(Image.open(folder / "textures" / "0-leaf-alpha.png"))
         np.testing.assert_array_equal(grey, np.array(alpha) * 255)

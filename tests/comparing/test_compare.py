@@ -308,7 +308,7 @@ class TestSides:
             compare(random_image, table_of(np.ones((2, 7))))
 
     def test_a_point_to_match_at_needs_points(self, random_image):
-        with pytest.raises(OptionError, match=r"(?s)without points.*--points"):
+        with pytest.raises(OptionError, match=r"(?s)no points are given.*--points"):
             compare(random_image, random_image, match="12")
 
     def test_tables_without_a_common_point(self):

@@ -116,7 +116,7 @@ def compare(
     ] = None,
 ) -> None:
     """Compare the spectra of two images or tables: RMSE (Eq. 14), CIEDE2000, bias, and how much of it is noise."""
-    from fluorspar.cli.options import limits_of, scene_named
+    from fluorspar.cli.given import limits_of, scene_named
     from fluorspar.cli.targets import check_files
     from fluorspar.colour.observers import observer_named
     from fluorspar.comparing.compare import compare as compare_spectra

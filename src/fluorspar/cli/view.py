@@ -8,10 +8,12 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.changes import LightOption, light_of, settings
-from fluorspar.cli.options import LibraryOption, pairs, size_of
+from fluorspar.cli.given import pairs
+from fluorspar.cli.options import LibraryOption
 from fluorspar.cli.scene_options import SceneDefineOption, ViewpointOption
 from fluorspar.errors import OptionError, message
 from fluorspar.image.formats.registry import SUFFIXES
+from fluorspar.scene.settings_text import size_of
 
 __all__ = ["view"]
 

@@ -18,7 +18,7 @@ from fluorspar.image.known_error import is_all_light, known_error
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import bands_of, is_denoised, unit_of_image
 from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
-from fluorspar.measuring.image_scene import as_seen, given_scene, scene_of
+from fluorspar.measuring.image_scene import scene_of
 from fluorspar.measuring.mean_spectrum import mean_spectrum
 from fluorspar.measuring.options import text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
@@ -30,9 +30,6 @@ from fluorspar.spectral.bands import beyond_the_data
 __all__ = ["measure"]
 
 Array = NDArray[np.float64]
-
-WHOLE_PIXELS = "the pixels it touches are measured whole"
-"""Said where an aperture is smaller than a pixel."""
 
 
 def measure(
@@ -89,7 +86,7 @@ def measure(
     Warns
     -----
     ApproximationWarning
-        If the aperture reaches beyond the image, or is smaller than a pixel (of the default the notes say so).
+        If the aperture reaches beyond the image, or is smaller than a pixel.
     FluorsparWarning
         If the places of the points are doubtful: all within one pixel, as in other units than those of the scene, or
         two at the same place.
@@ -114,19 +111,20 @@ def measure(
                 )
             title = title or text_of(image)
             image = opened.enter_context(SpectralImage.open(image))
-        points, scene, aperture = points_of(points), given_scene(scene), Aperture.of(aperture)
+        points, aperture = points_of(points), Aperture.of(aperture)
         component, bandwidth = (
             text_option("component", component),
             width_option("bandwidth", bandwidth) or 0.0,
         )
         needs_camera = any(not point.is_pixel for point in points)
-        if scene is None and (needs_camera or aperture is None or aperture.unit == "deg"):
-            scene = scene_of(image, required=needs_camera or aperture is not None)
-        aperture = aperture or (Aperture() if scene is not None else Aperture(1.0, "px"))
-        pixels, camera_matrix = _seen(image, points, scene, aperture)
+        seen = None
+        if scene is not None or needs_camera or aperture is None or aperture.unit == "deg":
+            seen = scene_of(image.attrs, scene, required=needs_camera or aperture is not None)
+        aperture = aperture or (Aperture() if seen is not None else Aperture(1.0, "px"))
+        pixels, camera_matrix = _seen(image, points, seen, aperture)
         radiance, error, freedom = _means(image, points, pixels, aperture, camera_matrix, component)
         width = _width(pixels, aperture, camera_matrix)
-        if width and aperture != Aperture():  # what is asked for; the default is said in the notes
+        if width:
             warnings.warn(f"the aperture is {aperture}{width}", ApproximationWarning, stacklevel=2)
         notes = [
             f"mean under an aperture of {aperture}{width}" + ("" if component is None else f", {component}")
@@ -165,7 +163,7 @@ def _seen(
         from fluorspar.scene.camera import camera_of
 
         width, height = image.size
-        scene = as_seen(scene.with_settings(width=width, height=height), image.attrs)
+        scene = scene.with_settings(width=width, height=height)
         matrix = camera_of(scene).matrix
         if in_scene:
             pixels[in_scene] = visible_pixels(scene, [points[p] for p in in_scene])
@@ -177,7 +175,7 @@ def _seen(
 def _width(pixels: Array, aperture: Aperture, camera_matrix: Array | None) -> str:
     """The width of an aperture where it is less than a pixel, in words; empty: it is more."""
     width = 2 * max(radius_in_pixels(pixel, aperture, camera_matrix) for pixel in pixels)
-    return f", {width:.2g} pixels wide: {WHOLE_PIXELS}" if width < 0.99 else ""
+    return f", {width:.2g} pixels wide: the pixels it touches are measured whole" if width < 0.99 else ""
 
 
 def _means(

@@ -181,7 +181,7 @@ class NetcdfWriter(ImageWriter):
         if left.header.get("places") != self._places_as_lists():
             raise ImageError(
                 message(
-                    "what was left of an unfinished image cannot be gone on with",
+                    "the unfinished image cannot be continued",
                     where=left.path,
                     got="a file of another version of HDF5",
                     fix="render it anew, without --resume",

@@ -124,9 +124,13 @@ class CyclesScene:
             measured = np.fromfile(out, dtype=np.float32).reshape(-1, 4)
             os.remove(out)
             if (measured[:, 3] != 1).any():
-                missing = f"{(measured[:, 3] != 1).sum()} of {len(points)} without"
+                missing = f"{(measured[:, 3] != 1).sum()} of {len(points)} without light"
                 raise RendererError(
-                    message("Blender has not measured the light at points", got=missing, expected="all with")
+                    message(
+                        "Blender has not measured the light at points",
+                        got=missing,
+                        expected="light at all",
+                    )
                 )
             light = measured[:, :bands]
             row = (self._scene.surfaces[surface].front, self._scene.surfaces[surface].back)[back]

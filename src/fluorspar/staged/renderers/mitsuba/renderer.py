@@ -139,7 +139,7 @@ class _LoadedScene:
         else:
             self.light_keys = ["radiance.value"] * len(self.lights)
         self.parameters = [mi.traverse(light) for light in self.lights]
-        # of what is no surface, at the end, for -1
+        # the last row is for side -1, which is not a surface
         self.row_of_side = np.array([row for s in scene.surfaces for row in (s.front, s.back)] + [ABSORBS])
         sides = _sides_by_pointer(self.mitsuba_scene, scene, None if self.black else array)
         self.known = np.array(sorted(sides))
@@ -247,7 +247,7 @@ class _LoadedScene:
                 message(
                     "Mitsuba does not tell which surface each sample shows",
                     where="its integrator 'aov', shape_index",
-                    got="indices of no shape, or mixed ones",
+                    got="numbers that are the index of no shape",
                     expected="the index of one shape of the scene per sample",
                 )
             )
@@ -318,7 +318,7 @@ def _three(values: Array) -> list[float]:
 def _sides_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> dict[int, tuple[int, int]]:
     """What the front and the back of each shape are, by the number Dr.Jit gives the shape, 0 for none.
 
-    A side is twice the number of its surface, plus 1 for the back of it; -1 is no surface of the scene.
+    A side is twice the number of its surface, plus 1 for the back of it; -1 is not a surface of the scene.
     """
     import drjit as dr
     import mitsuba as mi
