@@ -278,7 +278,7 @@ def test_an_open_surface_shines_to_both_sides() -> None:
 def test_not_a_file_of_blender(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "scene.blend"
     file.write_bytes(content)
-    with pytest.raises(SceneError, match=r"no file of Blender[\s\S]*scene.blend"):
+    with pytest.raises(SceneError, match=r"not a file of Blender[\s\S]*scene.blend"):
         import_blender(file, tmp_path / "out")
     assert [path.name for path in tmp_path.iterdir()] == ["scene.blend"]
 

@@ -208,7 +208,7 @@ class TestCompare:
         assert "RMSE, Eq. 14" in done.out
         done = files(*arguments)
         assert done.code == 2
-        assert done.says("rmse_eq14 is of points", "one to match at")
+        assert done.says("rmse_eq14 needs points", "one to match at")
 
     def test_what_was_done_is_said_on_the_terminal(self, files: CommandLine) -> None:
         image(grid=Wavelengths(420, 660, 40)).save("coarse.nc")

@@ -95,7 +95,7 @@ def compare(
     component: Annotated[
         str | None,
         typer.Option(
-            help=f"Compare only a component of the images, {A_COMPONENT} "
+            help=f"Of images, compare only {A_COMPONENT} "
             "[default: all, or single_bounce if only one image holds reexcitation]"
         ),
     ] = None,

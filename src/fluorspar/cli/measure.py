@@ -65,7 +65,7 @@ def measure(
             help="Divide all spectra by the mean of a POINT over 400-700 nm, or by the mean luminance.",
         ),
     ] = "none",
-    component: Annotated[str | None, typer.Option(help=f"Measure only a component, {A_COMPONENT}")] = None,
+    component: Annotated[str | None, typer.Option(help=f"Measure only {A_COMPONENT}")] = None,
     observer: ObserverOption = "2",
 ) -> None:
     """Measure the spectra at points of an image, as a spectroradiometer does: means over an aperture, with errors."""

@@ -23,7 +23,9 @@ Examples:
 
   fluorspar view cornell-box --size 256x256 --spp 16
 
-  fluorspar view cornell-box --camera "target=186,100,169 fov=20" --light light=A
+\b
+  fluorspar view cornell-box --light light=A \\
+      --camera "target=186,100,169 fov=20"
 
   fluorspar view measured.exr render.nc
 

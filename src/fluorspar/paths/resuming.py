@@ -59,7 +59,7 @@ def look_for(
     output: str | os.PathLike[str],
     label_there: Callable[[], Mapping[str, str] | None],
 ) -> Earlier:
-    """Look for what can be gone on with.
+    """Look for what can be continued.
 
     Parameters
     ----------

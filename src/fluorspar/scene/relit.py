@@ -39,7 +39,7 @@ LightSetting: TypeAlias = str | os.PathLike[str] | Spectrum | float | tuple[Any,
 MaterialSetting: TypeAlias = str | os.PathLike[str] | Material
 
 _WHOLE = Wavelengths(300, 830, 1)  # nm, where lights are compared
-_DARK = 1e-3  # lm/W: a lamp of less is no lamp to see by
+_DARK = 1e-3  # lm/W: below this a lamp counts as invisible
 _LM_PER_W = 683.0
 
 
