@@ -118,6 +118,11 @@ def compare(
     OptionError
         If an option is impossible, points are missing, or the units differ and scales are not matched.
 
+    Warns
+    -----
+    ApproximationWarning
+        If images are measured with an aperture that is smaller than a pixel.
+
     Notes
     -----
     With a point as `match`, RMSE is that of Eq. 14 of Tominaga, Guarnera, Ohtera, IEEE TVCG 2026, doi

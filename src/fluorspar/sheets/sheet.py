@@ -131,6 +131,11 @@ def sheet(
     ImageError
         If the pictures do not fit into memory.
 
+    Warns
+    -----
+    ApproximationWarning
+        If points are measured with an aperture that is smaller than a pixel.
+
     Examples
     --------
     >>> import fluorspar
