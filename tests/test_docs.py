@@ -42,6 +42,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.filterwarnings("ignore:the aperture is 0.125 degrees")
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_it_runs(page: Path, folder: Path) -> None:
     names: dict[str, Any] = {"fluorspar": fluorspar}

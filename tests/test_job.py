@@ -71,7 +71,7 @@ def test_what_the_image_says_is_what_the_job_says() -> None:
 
 
 def test_materials_come_with_the_scene() -> None:
-    with pytest.raises(OptionError, match="too late"):
+    with pytest.raises(OptionError, match="already loaded"):
         RenderJob.of(load_scene("furnace"), materials={"cavity": "poster-red"})
 
 

@@ -68,7 +68,9 @@ def test_a_time_without_a_target() -> None:
 
 
 def test_the_staged_method_renders_no_passes() -> None:
-    with pytest.raises(OptionError, match=r"(?s)staged method renders no passes.*until error=1%.*paths"):
+    with pytest.raises(
+        OptionError, match=r"(?s)staged method cannot render until an error.*until error=1%.*paths"
+    ):
         render("furnace", until="error=1%", method="staged")
 
 

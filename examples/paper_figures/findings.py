@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import binary_dilation
 
 import fluorspar
+from fluorspar.scene.camera import camera_of, seen_from
 from fluorspar.staged.options import StagedOptions
 
 from .workshop import Made, Workshop, stated, step
@@ -17,6 +19,13 @@ BANDS = "440:640:100"  # nm: neither paint emits at 440, the green one does at 5
 GREEN, RED = 1, 2  # of BANDS
 WALLS = ("left-wall", "right-wall")
 TILE = 4  # pixels
+# Faces of the blocks: their corners on the floor (x, z), the block on the left, distance and field of view of a camera
+FACES = {
+    "front of the short block": ((130, 65), (290, 114), 300, 20),
+    "front of the tall block": ((265, 296), (423, 247), 120, 45),
+    "side of the tall block": ((423, 247), (472, 406), 90, 60),
+}
+HEIGHTS = (0, 5, 20, 50)  # mm
 PARTS = {
     "red wall": ["left-wall"],
     "green wall": ["right-wall"],
@@ -142,23 +151,68 @@ def edges(work: Workshop) -> Made:
 
 @step("foot", "Emitters that are partly under an object")
 def foot(work: Workshop) -> Made:
-    """Component 5 of the blocks just above a floor that fluoresces, 8 x 8 emitters, against the one-pass method:
-    an emitter that lies partly under a block shines evenly all the same, with the mean of what it receives in the
-    open, while the floor around a block is lit unevenly."""
-    pixels = work.sizes.finding_pixels
+    """Component 5 of the blocks just above a floor that fluoresces, by the height above it, with 8 x 8 emitters (at
+    full size also 32 x 32), against the one-pass method; the camera stands close to each face. An emitter that lies
+    partly under a block shines evenly all the same, with the mean of what it receives in the open, while the floor
+    around a block is lit unevenly."""
+    pixels = work.sizes.finding_pixels // 2
     materials = dict.fromkeys(WALLS, "white-85") | {"floor": "poster-red"}
     scene = fluorspar.load_scene("cornell-box", materials=materials)
-    blocks, reference = seen(work, pixels)["block"], one_pass(work, scene, pixels)
-    found = [staged(work, scene, f"seed {seed}", seed, pixels) for seed in range(work.sizes.seeds)]
-    numbers, below = {}, blocks
-    for distance in (1, 2, 3, 4):
-        above = below & np.roll(below, -1, axis=0)  # whose lower neighbour is a block, too
-        numbers[f"640 nm, pixel {distance} from below"] = change(
-            found, [reference] * len(found), below & ~above, RED
-        )
-        below = above
-    numbers["640 nm, blocks elsewhere"] = change(found, [reference] * len(found), below, RED)
+    numbers = {}
+    for face, (begin, end, distance, fov) in FACES.items():
+        camera, heights = close_up(scene, begin, end, distance, fov, pixels)
+        options: dict[str, Any] = {"size": work.square(pixels), "wavelengths": BANDS, "camera": camera}
+        spp = 32 * work.sizes.finding_samples
+        reference = component_5(work.render(scene, f"{face}, reference", spp=spp, seed=99, **options))
+        for count in work.sizes.foot_emitters:
+            staged_options = StagedOptions(emitters=count, repeats=1, patch_samples=4 * 1024)
+            found = [
+                component_5(
+                    work.render(
+                        scene,
+                        f"{face}, {count} x {count}, seed {seed}",
+                        method="staged",
+                        spp=4 * work.sizes.finding_samples,
+                        seed=seed,
+                        staged=staged_options,
+                        **options,
+                    )
+                )
+                for seed in range(work.sizes.seeds)
+            ]
+            for low, high in pairwise(HEIGHTS):
+                where = (heights >= low) & (heights < high)
+                if where.any():
+                    name = f"{face}, {low} to {high} mm above the floor, {count} x {count}"
+                    numbers[name] = change(found, [reference] * len(found), where, RED)
     return Made(numbers=numbers)
+
+
+def close_up(
+    scene: fluorspar.Scene,
+    begin: tuple[int, int],
+    end: tuple[int, int],
+    distance: float,
+    fov: float,
+    pixels: int,
+) -> tuple[str, np.ndarray]:
+    """A camera before the foot of a face between two corners (x, z), and the heights that its pixels show, in mm.
+
+    NaN where a pixel shows something else than the middle of the face, in part or as a whole.
+    """
+    a, b = (np.array([x, 0.0, z]) for x, z in (begin, end))
+    middle, along = (a + b) / 2, (b - a) / np.linalg.norm(b - a)
+    outwards = np.array([along[2], 0.0, -along[0]])
+    up = np.array([0.0, 1.0, 0.0])
+    origin, target = middle + distance * outwards + 30 * up, middle + 25 * up
+    camera = f"origin={','.join(map(str, origin))} target={','.join(map(str, target))} fov={fov}"
+    matrix = camera_of(seen_from(scene, camera).with_settings(width=pixels, height=pixels)).matrix
+    y, x = np.mgrid[:pixels, :pixels] + 0.5
+    rays = np.stack([x, y, np.ones_like(x)], axis=-1) @ np.linalg.inv(matrix[:, :3]).T
+    places = origin + rays * ((middle - origin) @ outwards / (rays @ outwards))[..., np.newaxis]
+    size = 2 * distance * np.tan(np.radians(fov / 2)) / pixels
+    shown = (abs((places - middle) @ along) < 45) & (places[..., 1] > 0.6 * size)
+    return camera, np.where(shown, places[..., 1], np.nan)
 
 
 @step("second", "Light that luminesces twice")

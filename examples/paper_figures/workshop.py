@@ -40,11 +40,12 @@ class Sizes:
     seeds: int  # independent renders behind each standard error
     finding_pixels: int
     finding_samples: int
+    foot_emitters: tuple[int, ...] = (8,)  # along each side of the floor
 
 
 TINY = Sizes(16, 4, "400:700:50", 8, 4, "400:700:50", 4, 2, 16, 4)
 QUICK = Sizes(128, 64, "360:700:5", 48, 16, "400:700:50", 25, 2, 48, 16)
-FULL = Sizes(512, 256, "360:700:5", 128, 64, "360:700:10", 100, 4, 128, 64)
+FULL = Sizes(512, 256, "360:700:5", 128, 64, "360:700:10", 100, 4, 128, 64, (8, 32))
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,11 @@ class RenderJob:
         if self.method == "staged" and self.until is not None:
             fix = "use method 'paths', or render as many samples as it takes (--spp)"
             raise OptionError(
-                message("the staged method renders no passes", got=f"until {self.until}", fix=fix)
+                message(
+                    "the staged method cannot render until an error is reached",
+                    got=f"until {self.until}",
+                    fix=fix,
+                )
             )
         if self.method == "staged" and self.scene.lobes is not None:
             raise OptionError(
@@ -171,7 +175,10 @@ class RenderJob:
             scene = load_scene(scene, materials=materials)
         elif materials:
             raise OptionError(
-                message("materials come too late for a loaded scene", fix="give them to load_scene")
+                message(
+                    "the scene is already loaded, so materials are not taken here",
+                    fix="give them to load_scene",
+                )
             )
         scene = scene.with_settings(
             spp=spp, width=width, height=height, max_depth=max_depth, rr_depth=rr_depth

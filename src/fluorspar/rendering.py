@@ -224,7 +224,7 @@ def _check_left(job: RenderJob, output: str | os.PathLike[str] | None, what: str
         raise OptionError(message(f"the staged method has no {what}", fix="use method 'paths'"))
     if output is None:
         expected = "output='NAME.nc', for light paths 'NAME.paths' (-o)"
-        raise OptionError(message(f"{what} needs the file to go on with", got="none", expected=expected))
+        raise OptionError(message(f"{what} needs the file to continue", got="none", expected=expected))
 
 
 def render_job(

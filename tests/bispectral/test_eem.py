@@ -75,8 +75,8 @@ def test_two_dyes_are_noticed() -> None:
 @pytest.mark.parametrize(
     ("options", "error", "complaint"),
     [
-        ({}, OptionError, "(?s)not said, or twice.*--strength.*--reflectance"),
-        ({"strength": 0.5, "reflectance": 0.5}, OptionError, "not said, or twice"),
+        ({}, OptionError, "(?s)has to be given once.*--strength.*--reflectance"),
+        ({"strength": 0.5, "reflectance": 0.5}, OptionError, "has to be given once"),
         ({"strength": 0.5, "units": "energy"}, MaterialError, r"disagree on its units"),
         ({"strength": 1.5}, MaterialError, "strength of a dye is impossible"),
         ({"strength": 0.5, "quantum_yield": 80}, MaterialError, "quantum yield of a dye is impossible"),

@@ -136,9 +136,26 @@ def test_spheres_become_meshes_and_that_is_said() -> None:
         assert_alike(floor_under(lit("area"), ball=ball))
 
 
-def test_light_on_patches() -> None:
-    """Rationale: light on emitters is measured by baking. Expected: that of Mitsuba's probes, within noise."""
-    scene = floor_under(lit("area"))
+def cup(left: float) -> dict[str, Any]:
+    """A low box on the floor, without a bottom and black inside, whose sides are from x = left on 0.8 long."""
+    with use_variant("scalar_rgb"):
+        T = transform().translate([left + 0.4, 0, 0.2]).scale([0.4, 0.4, 0.2])
+        turns = [([1, 0, 0], 0), ([1, 0, 0], 90), ([1, 0, 0], -90), ([0, 1, 0], 90), ([0, 1, 0], -90)]
+        return {
+            f"side-{k}": {
+                "type": "rectangle",
+                "to_world": T.rotate(*turn).translate([0, 0, 1]),
+                "bsdf": {"type": "diffuse"},
+            }
+            for k, turn in enumerate(turns)
+        }
+
+
+@pytest.mark.parametrize("more", [{}, cup(-0.6)], ids=["empty", "under a hollow box"])
+def test_light_on_patches(more: dict[str, Any]) -> None:
+    """Rationale: light on emitters is measured by baking. Expected: that of Mitsuba's probes, within noise, also where
+    points inside a hollow box do not count."""
+    scene = floor_under(lit("area"), **more)
     found = []
     for renderer in RENDERERS:
         matrices = [made.on(GRID) for made in scene.materials]

@@ -37,7 +37,10 @@ GRID = "expected: START:STOP:STEP in nm"
             ("longest time", "got: 'soon'", "expected: a time above 0"),
         ),
         (("--max-time", "10m"), ("time is given without a target", "got: 10m", "fix:", "--until error=1%")),
-        (("--until", "error=1%", "--method", "staged"), ("staged method renders no passes", "fix:", "--spp")),
+        (
+            ("--until", "error=1%", "--method", "staged"),
+            ("staged method cannot render until", "fix:", "--spp"),
+        ),
         (("--material", "ball"), ("not readable", "where: --material", "got: ball", "expected: KEY=VALUE")),
         (("--material", "=gray-45"), ("not readable", "where: --material", "got: =gray-45", "KEY=VALUE")),
         (("-D", "radius"), ("not readable", "where: -D", "got: radius", "expected: KEY=VALUE")),

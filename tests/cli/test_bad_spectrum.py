@@ -93,7 +93,7 @@ def test_unreadable_file(fluorspar: CommandLine) -> None:
     ("values", "message"),
     [
         ("400:1, 500:nan, 700:1", ("not a finite number", "where: 'radiance' of 'sky' (constant), 500 nm")),
-        ("400:1, 500:-2, 700:1", ("a light is negative", "where: light 'sky'", "got: -2", "expected: >= 0")),
+        ("400:1, 500:-2, 700:1", ("light 'sky' is negative", "got: -2", "expected: 0 or more")),
         (
             "900:1, 999:1",
             ("do not overlap", "where: radiance of light 'sky'", "a grid that meets 900-999 nm"),

@@ -208,7 +208,7 @@ class TestCompare:
         assert "RMSE, Eq. 14" in done.out
         done = files(*arguments)
         assert done.code == 2
-        assert done.says("rmse_eq14 is of points", "one to match at")
+        assert done.says("rmse_eq14 needs points", "one to match at")
 
     def test_what_was_done_is_said_on_the_terminal(self, files: CommandLine) -> None:
         image(grid=Wavelengths(420, 660, 40)).save("coarse.nc")
@@ -231,10 +231,13 @@ class TestCompare:
             (("a.nc", "truncated.exr"), "truncated or damaged"),
             (("a.nc", "rgb.exr"), "no spectral channel"),
             (("a.nc", "a.pdf"), "this kind of file cannot be compared"),
-            (("a.nc", "a.nc", "--match", "7"), "without points"),
+            (("a.nc", "a.nc", "--match", "7"), "no points are given"),
             (("a.nc", "a.nc", "--white", "daylight"), "there is no such illuminant"),
             (("a.nc", "a.nc", "--white", "12"), "give points (--points)"),
-            (("a.nc", "a.nc", "--aperture", "3px"), "an aperture measures images at points"),
+            (
+                ("a.nc", "a.nc", "--aperture", "3px"),
+                "an aperture is given, but no image is measured at points",
+            ),
             (("a.nc", "a.nc", "--wavelengths", "360:700:20"), "reach beyond the data"),
             (("a.nc", "milliwatt.nc"), "different units"),
             (("a.nc", "a.nc", "--fail-above", "rsme=1"), "there is no such number"),

@@ -61,9 +61,9 @@ def test_a_picture_adapted_to_a_white(files: CommandLine, white: str) -> None:
         (("b.png", "--white", "1,2"), "a white is impossible"),
         (("b.png", "--white", "1,2,blue"), "a white is not readable"),
         (("b.png", "--white", "daylight"), "there is no such illuminant"),
-        (("b.hdr", "--compress"), "only NetCDF"),
+        (("b.hdr", "--compress"), "only a NetCDF file"),
         (("b.nc", "--channel-wavelengths", "400:700:10"), "only the channels of an EXR file"),
-        (("keep.hdr",), "would replace a file that is no part of it"),
+        (("keep.hdr",), "would replace a file that does not belong to it"),
     ],
 )
 def test_bad_options_write_nothing(files: CommandLine, arguments: tuple[str, ...], said: str) -> None:
@@ -107,7 +107,7 @@ def test_compressed(files: CommandLine) -> None:
     assert (files.folder / "b.nc").stat().st_size < (files.folder / "a.nc").stat().st_size
     done = files("convert", "a.nc", "b.exr", "--compress")
     assert done.code == 2
-    assert done.says("only NetCDF", "--compress")
+    assert done.says("only a NetCDF file", "--compress")
 
 
 @pytest.mark.parametrize("wavelengths", ["400:440:20", "400,420,440"])
@@ -132,7 +132,7 @@ def test_data_of_another_file_stop_a_render_before_it_begins(files: CommandLine)
     before = files.files()
     done = files("render", "cornell-box", "-o", "keep.hdr", "--wavelengths", "not a grid")
     assert done.code == 2
-    assert done.says("would replace a file that is no part of it")
+    assert done.says("would replace a file that does not belong to it")
     assert files.files() == before
 
 

@@ -32,6 +32,10 @@ def test_objects_are_excluded_by_id(fluorspar: CommandLine) -> None:
             assert image.attrs["excluded_emitter_geometry"] == ["ball"]
     refused = fluorspar.refuses(PAINTED, *STAGED, "--exclude-emitter-geometry", "bal")
     assert refused.says("'bal' is no fluorescent shape", "one of ball", "did you mean ball")
+    both = fluorspar.refuses(
+        PAINTED, *STAGED, "--exclude-emitter-geometry", "all", "--exclude-emitter-geometry", "ball"
+    )
+    assert both.says("all is given beside ids", "give all alone, or ids alone")
 
 
 def test_too_few_samples_for_the_repeats(fluorspar: CommandLine) -> None:

@@ -60,7 +60,7 @@ class TestFromEem:
         ("options", "fault"),
         [
             (("--quantum-yield", 0.8, "--strength", 0.6), "an EEM needs the units"),
-            (("--quantum-yield", 0.8, "--units", "photon"), "not said, or twice"),
+            (("--quantum-yield", 0.8, "--units", "photon"), "has to be given once"),
             (("--quantum-yield", 0.8, "--strength", 0.6, "--units", "counts"), "no such units"),
             ((*DYE, "--scatter", 400), "smaller width"),
         ],

@@ -270,7 +270,7 @@ class TestColour:
             found = compare(table, table, match=match)
             assert "Eq. 14" not in found.text()
             assert "Eq. 14" not in report(found)
-            with pytest.raises(OptionError, match=r"(?s)rmse_eq14 is of points.*one to match at"):
+            with pytest.raises(OptionError, match=r"(?s)rmse_eq14 needs points.*one to match at"):
                 found.value("rmse_eq14")
 
 
@@ -304,11 +304,11 @@ class TestSides:
             compare(random_image, image_of(np.ones((12, 9, 3)), Wavelengths(800, 900, 50)))
 
     def test_a_table_needs_places(self, random_image):
-        with pytest.raises(OptionError, match=r"(?s)places are missing.*a, b.*--points"):
+        with pytest.raises(OptionError, match=r"(?s)places in the image are not given.*a, b.*--points"):
             compare(random_image, table_of(np.ones((2, 7))))
 
     def test_a_point_to_match_at_needs_points(self, random_image):
-        with pytest.raises(OptionError, match=r"(?s)without points.*--points"):
+        with pytest.raises(OptionError, match=r"(?s)no points are given.*--points"):
             compare(random_image, random_image, match="12")
 
     def test_tables_without_a_common_point(self):

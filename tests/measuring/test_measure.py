@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fluorspar.comparing.compare import compare
 from fluorspar.errors import ApproximationWarning, ImageError, OptionError, SpectrumError
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.measuring.aperture import Aperture, coverage, directions
@@ -100,11 +101,12 @@ class TestAperture:
     def test_its_width_in_pixels_is_said(self, image):
         """64 pixels of 39.3077 degrees: a tangent of 0.125 degrees is 64 / (2 tan(fov / 2)) times as many pixels."""
         width = 64 / (2 * np.tan(np.radians(39.3077 / 2))) * 2 * np.tan(np.radians(0.125 / 2))
-        notes = measure(
-            image, (Point("1", (32, 32)),)
-        ).notes  # the default, which nobody asked for, is no warning
-        wide = f"{width:.2g} pixels wide: the pixels it touches are measured whole"
-        assert notes[0] == f"mean under an aperture of 0.125 degrees, {wide}"
+        said = f"0.125 degrees, {width:.2g} pixels wide: the pixels it touches are measured whole"
+        with pytest.warns(ApproximationWarning, match=said):
+            notes = measure(image, (Point("1", (32, 32)),)).notes
+        assert notes[0] == f"mean under an aperture of {said}"
+        with pytest.warns(ApproximationWarning, match=said):
+            compare(image, image, points=(Point("1", (32, 32)),))
         with pytest.warns(ApproximationWarning, match=r"0\.1 degrees, 0\.16 pixels wide"):
             measure(image, (Point("1", (32, 32)),), aperture="0.1deg")
 
@@ -195,6 +197,7 @@ class TestExamplePoints:
 
     points = read_points(Path(__file__).parents[2] / "examples" / "cornell-points.csv")
 
+    @pytest.mark.filterwarnings("ignore:the aperture is 0.125 degrees")
     def test_the_camera_sees_all_of_them(self, image):
         spectra = measure(image, self.points)
         assert spectra.names == tuple(str(number) for number in range(1, 14))

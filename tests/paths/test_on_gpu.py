@@ -75,7 +75,7 @@ def test_what_cannot_be_swept_on_the_gpu_is_swept_on_the_processor_and_said(
     monkeypatch.setattr(
         "fluorspar.paths.render.why_not_on_gpu", lambda: "package x is missing: pip install x"
     )
-    with pytest.warns(FluorsparWarning, match="swept on the CPU: package x is missing"):
+    with pytest.warns(FluorsparWarning, match="spectra are computed on the CPU: package x is missing"):
         image = render_chunks(trace_chunks(mine), replace(mine, variant="cuda"))
     assert np.array_equal(image.dataset.radiance, expected.dataset.radiance)
 

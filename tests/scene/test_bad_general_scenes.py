@@ -162,9 +162,9 @@ def test_a_sky_of_one_texel_or_of_none(tmp_path):
     [
         (
             {"type": "spot", "texture": {"type": "checkerboard"}},
-            r"texture of a 'spot' is no picture.*'light'",
+            r"texture of a 'spot' is not a picture.*'light'",
         ),
-        ({"type": "projector"}, r"irradiance of a 'projector' is no picture.*'light'"),
+        ({"type": "projector"}, r"irradiance of a 'projector' is not a picture.*'light'"),
         ({"type": "projector", "scale": -2.0, "irradiance": {"type": "bitmap"}}, r"negative.*'light'.*-2"),
         ({"type": "sunsky"}, r"not supported.*'light'.*envmap, projector.*make an environment map"),
     ],

@@ -169,7 +169,7 @@ class TestBadScenes:
             load_scene(write(tmp_path, SENSOR, BALL))
 
     def test_materials_for_a_loaded_scene(self, tmp_path: Path) -> None:
-        with pytest.raises(OptionError, match="too late"):
+        with pytest.raises(OptionError, match="already loaded"):
             render(load_scene(write(tmp_path, SENSOR, SKY, BALL)), materials={"ball": "poster-red"})
 
 
@@ -189,6 +189,11 @@ class TestParameters:
     def test_unknown_parameter(self, tmp_path: Path) -> None:
         with pytest.raises(SceneError, match="gray"):
             load_scene(write(tmp_path, self.FILE, SENSOR, SKY, self.PAINTED), parameters={"gray": 0.6})
+
+    @pytest.mark.parametrize("text", ["1,2,,3", "1, 2, 3,", ",1 2 3"])
+    def test_a_list_with_an_empty_place_is_refused(self, text):
+        with pytest.raises(OptionError, match="parameter place is a list of numbers with an empty place"):
+            load_scene("furnace", parameters={"place": text})
 
     def test_missing_value(self, tmp_path: Path) -> None:
         with pytest.raises(SceneError, match="grey"):

@@ -53,9 +53,9 @@ def test_all_are_there_and_those_that_differ_in_lights_follow_one_another() -> N
         ((None, None, None), "nothing to combine"),
         (({}, {}, {}), "nothing to combine"),
         (({"lamp": []}, None, None), "list of settings is empty"),
-        (({"lamp": "D65"}, None, None), r"(?s)no list.*lights lamp.*\['D65'\]"),
-        (({"lamp": ("D65", 0.5)}, None, None), "no list"),
-        ((None, None, {"wall": 0.5}), r"(?s)no list.*concentration=\{'wall': \[0.5\]\}"),
+        (({"lamp": "D65"}, None, None), r"(?s)not a list.*lights lamp.*\['D65'\]"),
+        (({"lamp": ("D65", 0.5)}, None, None), "not a list"),
+        ((None, None, {"wall": 0.5}), r"(?s)not a list.*concentration=\{'wall': \[0.5\]\}"),
         ((["D65", "A"], None, None), r"(?s)lights are not readable.*a dict"),
     ],
 )

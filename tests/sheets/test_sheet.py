@@ -40,6 +40,7 @@ def images(paths: LightPaths) -> dict[tuple[int, int], SpectralImage]:
     }
 
 
+@pytest.mark.filterwarnings("ignore:the aperture is 0.125 degrees")
 class TestPoints:
     @pytest.mark.parametrize(
         ("points", "aperture"), [(SPOTS, "3px"), (SPOTS, None), (Path("cornell-points.csv"), None)]

@@ -200,10 +200,11 @@ def test_progress_advances_while_emitters_are_subdivided_and_lit():
     assert calls[-1] == (len(calls), len(calls))
 
 
-def test_an_interrupted_render_says_that_it_is_partial():
-    """Expected: the repeats that are finished, and `partial`, which makes the command line exit with 130."""
+def test_an_interrupted_render_says_that_it_is_partial(tmp_path: Path):
+    """Expected: the repeats that are finished, and `partial`, which makes the command line exit with 130; intermediate
+    images say so, too."""
     scene = load_scene("cornell-box").with_settings(width=8, height=8, spp=8)
-    options = StagedOptions(emitters=2, repeats=4, patch_samples=16)
+    options = StagedOptions(emitters=2, repeats=4, patch_samples=16, keep_intermediate=tmp_path)
 
     def stop(done, every):
         if done > 0.6 * every:
@@ -213,6 +214,8 @@ def test_an_interrupted_render_says_that_it_is_partial():
         image = render(scene, wavelengths=GRID, method="staged", staged=options, progress=stop)
     assert image.attrs["partial"] == 1
     assert image.attrs["repeats"] == 2
+    with SpectralImage.open(tmp_path / "emitters-left-wall.nc") as kept:
+        assert kept.attrs["partial"] == 1
     assert "partial" not in render(scene, wavelengths=GRID, method="staged", staged=options).attrs
 
 

@@ -291,8 +291,8 @@ class TestFaults:
                 "no-paint",
                 "wavelength",
                 "no-scene.xml",
-                "needs light paths",
-                "needs light paths",
+                "changes kept light paths",
+                "changes kept light paths",
             ),
             strict=True,
         ):

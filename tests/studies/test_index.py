@@ -81,7 +81,7 @@ def test_images_of_two_shapes_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "sizes.csv"
     path.write_text("scene,size,spp,variant\ncornell-box,8x8,4,llvm\ncornell-box,8x6,4,llvm\n")
     batch(path)
-    with pytest.raises(OptionError, match="have not one shape"):
+    with pytest.raises(OptionError, match="differ in size or wavelengths"):
         open_study(path)
 
 

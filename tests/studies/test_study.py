@@ -109,9 +109,12 @@ class TestTables:
         ({"render": BOX | {"matte": "perhaps"}}, ("not readable", "true or false")),
         ({"render": BOX | {"size": "8"}}, ("not readable", "WIDTHxHEIGHT")),
         ({"render": {"spp": 4}}, ("a row has no scene",)),
-        ({"render": BOX, "product": {"seed": 4}}, ("no list of values", "product, seed", "start = 0")),
-        ({"render": BOX, "product": {"seed": []}}, ("no list of values",)),
-        ({"render": BOX, "product": {"seed": {"start": 1, "stop": 4, "count": 2}}}, ("no list of values",)),
+        ({"render": BOX, "product": {"seed": 4}}, ("not a list of values", "product, seed", "start = 0")),
+        ({"render": BOX, "product": {"seed": []}}, ("not a list of values",)),
+        (
+            {"render": BOX, "product": {"seed": {"start": 1, "stop": 4, "count": 2}}},
+            ("not a list of values",),
+        ),
         (
             {"render": BOX, "product": {"seed": {"start": "a", "stop": 4, "number": 2}}},
             ("range is not readable",),
@@ -140,8 +143,8 @@ def test_what_is_wrong_is_said(tables: dict[str, Any], parts: tuple[str, ...]) -
 @pytest.mark.parametrize(
     ("name", "text", "part"),
     [
-        ("lamps.toml", "render = ", "no TOML"),
-        ("lamps.json", "{}", "no study"),
+        ("lamps.toml", "render = ", "not valid TOML"),
+        ("lamps.json", "{}", "cannot be a study"),
         ("lamps.csv", "scene,spp,spp\nfurnace,4,8\n", "the same name"),
         ("lamps.csv", "scene,spp\nfurnace\n", "number of cells"),
         ("lamps.csv", "", "no rows"),

@@ -305,7 +305,9 @@ def test_infrared_is_shown_as_bands(browser):
     image = ImageSource("nir.hdr", SpectralImage.from_arrays(np.ones((7, 4, 6, len(grid))), grid))
     with Server(Workspace([image])) as server:
         browser.open(server.address)
-        browser.wait("document.querySelector('.over-picture')?.innerText.includes('no eye sees')")
+        browser.wait(
+            "document.querySelector('.over-picture')?.innerText.includes('wavelength of this image is visible')"
+        )
         browser.click("[data-value=band]")
         browser.wait("document.querySelector('.over-picture').hidden")
         fields = "[...document.querySelectorAll('.band input')].map((field) => Number(field.value))"

@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 from urllib.request import urlopen
 
 import pytest
@@ -18,6 +19,9 @@ from fluorspar import LightPaths, SpectralImage
 from fluorspar.cli.main import app
 from fluorspar.errors import FluorsparError, OptionError
 from fluorspar.extras import check_extra
+from fluorspar.fingerprint import fingerprint
+from fluorspar.job import RenderJob
+from fluorspar.scene.settings_text import light_of
 from fluorspar.view.server import Server
 from fluorspar.view.workspace import Workspace
 
@@ -110,6 +114,32 @@ def test_paths_of_a_file(paths: LightPaths, tmp_path: Path) -> None:
     (source,) = opened([str(tmp_path / "box.paths")], Supplies())
     assert source.kind == "paths"
     assert source.job.scene.name == fluorspar.load_scene("cornell-box").name
+
+
+def test_a_scene_is_opened_as_render_makes_it() -> None:
+    """Rationale: a scene in the window has the camera and the lights that are asked for. Expected: the job is that of
+    `render`, and the command line of the view renders the same."""
+    from fluorspar.view.command_line import command_of
+    from fluorspar.view.opening import opened
+    from fluorspar.view.questions import View
+    from fluorspar.view.supplies import Supplies
+
+    changed: dict[str, Any] = {"camera": "fov=20", "lights": {"light": ("A", 0.5)}}
+    (source,) = opened(["cornell-box"], Supplies(), {"resolution": "16"}, spp=4, **changed)
+    scene = fluorspar.load_scene("cornell-box", parameters={"resolution": "16"})
+    job = RenderJob.of(scene, spp=4, **changed)
+    assert fingerprint(source.job) == fingerprint(job)
+    line = command_of(source, View(source="0"), Supplies()).lines[0]
+    assert "--camera fov=20 --light light=Ax0.5" in line
+    assert light_of("Ax0.5") == ("A", 0.5)
+
+
+def test_options_of_scenes_need_one(image: SpectralImage, tmp_path: Path) -> None:
+    image.save(tmp_path / "box.nc")
+    words = ["view", str(tmp_path / "box.nc"), "--camera", "fov=20", "--no-browser"]
+    result = CliRunner().invoke(app, words)
+    assert isinstance(result.exception, OptionError)
+    assert "where:    --camera" in str(result.exception)
 
 
 def test_an_address_that_is_none() -> None:

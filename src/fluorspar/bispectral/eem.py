@@ -155,7 +155,7 @@ def material_from_eem(
     title = name or eem.name
     if (strength is None) == (reflectance is None):
         fault, expected = (
-            "how much light is absorbed is not said, or twice",
+            "the share of light that is absorbed has to be given once",
             "one of strength and reflectance",
         )
         fix = "give --strength (share absorbed at the peak) or --reflectance (of the sample without luminescence)"

@@ -155,7 +155,7 @@ def _shown(
     reflected, luminescent = D.reflect(light)[held], D.apply_luminescent(light)[held]
     light = light[held]
     if not np.all(light @ observer_weights(grid, seen_by) > 0):
-        fault = "nobody sees this light, so no colour can be named relative to its white"
+        fault = "this light is not visible, so it cannot be the white to which colours are relative"
         raise SpectrumError(
             message(
                 fault,

@@ -36,7 +36,7 @@ def chosen_renderer(name: str | None, blender: str | None) -> Renderer | str | N
     if name != "cycles":
         raise OptionError(
             message(
-                "a Blender is given, and not used",
+                "--blender is given, but Blender is not used",
                 got=f"--blender {blender}",
                 expected="--renderer cycles with it",
             )

@@ -11,7 +11,7 @@ from typing import Annotated, Any, TypeAlias, TypeVar
 
 import typer
 
-from fluorspar.cli.options import material_files, pairs
+from fluorspar.cli.given import material_files, pairs
 from fluorspar.errors import OptionError, message
 from fluorspar.files.names import file_and_column
 from fluorspar.scene.settings_text import light_of

@@ -95,7 +95,7 @@ def compare(
     component: Annotated[
         str | None,
         typer.Option(
-            help=f"Compare only a component of the images, {A_COMPONENT} "
+            help=f"Of images, compare only {A_COMPONENT} "
             "[default: all, or single_bounce if only one image holds reexcitation]"
         ),
     ] = None,
@@ -116,7 +116,7 @@ def compare(
     ] = None,
 ) -> None:
     """Compare the spectra of two images or tables: RMSE (Eq. 14), CIEDE2000, bias, and how much of it is noise."""
-    from fluorspar.cli.options import limits_of, scene_named
+    from fluorspar.cli.given import limits_of, scene_named
     from fluorspar.cli.targets import check_files
     from fluorspar.colour.observers import observer_named
     from fluorspar.comparing.compare import compare as compare_spectra

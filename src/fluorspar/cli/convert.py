@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import A_COMPONENT, ExposureOption, exposure_of, white_of
+from fluorspar.cli.given import exposure_of, white_of
+from fluorspar.cli.options import A_COMPONENT, ExposureOption
 from fluorspar.cli.outputs import say_written, warn_of_envi, writing
 from fluorspar.image.formats.registry import SUFFIXES, SUFFIXES_WRITTEN
 
@@ -97,7 +98,7 @@ def convert(
     kind = target.suffix.lower()
     if compress and kind != ".nc":
         raise OptionError(
-            message("only NetCDF has a choice of being compressed", where="--compress", got=target)
+            message("only a NetCDF file (.nc) can be written with --compress", where="--compress", got=target)
         )
     if white is not None and kind != ".png":
         raise OptionError(message("only a picture is adapted to a white", where="--white", got=target))

@@ -39,7 +39,7 @@ def denoise(
     threads: ThreadsOption = None,
 ) -> None:
     """Take the noise out of a spectral image: its total and all components, at all wavelengths."""
-    from fluorspar.cli.options import scene_named
+    from fluorspar.cli.given import scene_named
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images
     from fluorspar.extras import check_extra

@@ -173,7 +173,7 @@ def _explain(err: Exception, text: str) -> int:
         _explain_usage(err)
     elif isinstance(err, MemoryError):
         fix = "fewer pixels, samples or wavelengths, or a smaller file"
-        console.error(message("the memory does not suffice", got=str(err) or None, fix=fix))
+        console.error(message("there is not enough memory", got=str(err) or None, fix=fix))
     elif isinstance(err, OSError) and err.errno in _REFUSED:
         fix = "mend that, or choose another folder (TMPDIR for temporary files)"
         console.error(message("the operating system refuses", where=err.filename, got=err.strerror, fix=fix))

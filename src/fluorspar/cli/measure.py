@@ -8,7 +8,13 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import A_COMPONENT, ApertureOption, CameraOption, DefineOption, ObserverOption
+from fluorspar.cli.options import (
+    A_COMPONENT,
+    ApertureOption,
+    CameraOption,
+    DefineOption,
+    ObserverOption,
+)
 from fluorspar.errors import OptionError, message
 from fluorspar.figures.style import FORMATS
 from fluorspar.files import tables
@@ -59,7 +65,7 @@ def measure(
             help="Divide all spectra by the mean of a POINT over 400-700 nm, or by the mean luminance.",
         ),
     ] = "none",
-    component: Annotated[str | None, typer.Option(help=f"Measure only a component, {A_COMPONENT}")] = None,
+    component: Annotated[str | None, typer.Option(help=f"Measure only {A_COMPONENT}")] = None,
     observer: ObserverOption = "2",
 ) -> None:
     """Measure the spectra at points of an image, as a spectroradiometer does: means over an aperture, with errors."""
@@ -68,14 +74,13 @@ def measure(
     from rich.markup import escape
     from rich.table import Table
 
-    from fluorspar.cli.options import scene_named
+    from fluorspar.cli.given import scene_named
     from fluorspar.cli.targets import check_files
     from fluorspar.colour.observers import observer_named
     from fluorspar.figures.spectra import spectra_figure, write_figure
     from fluorspar.files.names import text_of
     from fluorspar.files.writing import check_not_input
     from fluorspar.image.units import is_unit_of_radiance
-    from fluorspar.measuring.measure import WHOLE_PIXELS
     from fluorspar.measuring.measure import measure as measure_spectra
     from fluorspar.measuring.normalised import normalised
     from fluorspar.measuring.point_spectra import write_point_spectra
@@ -113,10 +118,7 @@ def measure(
         table.add_row(escape(point.name), f"{value:.5g}", *coordinates, lux, escape(point.note))
     console.out.print(table)
     for note in measured.notes:
-        if aperture is None and WHOLE_PIXELS in note:  # one that is asked for was warned of
-            console.warning(note)
-        else:
-            console.out.print(note, markup=False, highlight=False)
+        console.out.print(note, markup=False, highlight=False)
     for path in output or []:
         console.out.print(f"wrote {text_of(path)}", markup=False, highlight=False)
 

@@ -19,6 +19,7 @@ from fluorspar.cli.changes import (
     light_of,
     settings,
 )
+from fluorspar.cli.given import exposure_of, pairs
 from fluorspar.cli.options import (
     ComponentErrorsOption,
     DefineOption,
@@ -29,8 +30,6 @@ from fluorspar.cli.options import (
     PicturesOption,
     StokesOption,
     ThreadsOption,
-    exposure_of,
-    pairs,
 )
 
 __all__ = ["relight"]
@@ -84,11 +83,11 @@ def relight(
     threads: ThreadsOption = None,
 ) -> None:
     """Compute an image of kept light paths, with other lights, materials or wavelengths; nothing is traced again."""
-    from fluorspar.cli.options import scene_named
+    from fluorspar.cli.given import scene_named
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images, stream_target
     from fluorspar.extras import check_extra
-    from fluorspar.measuring.image_scene import built_in_scene
+    from fluorspar.measuring.image_scene import scene_of
     from fluorspar.paths.light_paths import load_paths
     from fluorspar.scene.relit import relit
 
@@ -118,7 +117,7 @@ def relight(
             progress=progress,
         )
     if denoise:
-        shown = scene_named(scene, define) or built_in_scene(kept.job.attrs)
+        shown = scene_of(kept.job.attrs, scene_named(scene, define))
         image = image.denoised(scene=shown and relit(shown, **changes), threads=threads)
         console.out.print(f"denoised: {image.attrs['denoised']}", markup=False, highlight=False)
     write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)

@@ -12,6 +12,7 @@ from fluorspar.bispectral.donaldson import Stokes
 from fluorspar.cli import console
 from fluorspar.cli.blender_option import BlenderOption, chosen_renderer
 from fluorspar.cli.changes import LightOption, SameLuminanceOption, files_named, light_of, settings
+from fluorspar.cli.given import exposure_of, staged_options
 from fluorspar.cli.options import (
     ComponentErrorsOption,
     DenoiseOption,
@@ -23,9 +24,6 @@ from fluorspar.cli.options import (
     ResumeOption,
     StokesOption,
     ThreadsOption,
-    exposure_of,
-    size_of,
-    staged_options,
 )
 from fluorspar.cli.outputs import print_timings
 from fluorspar.cli.scene_options import (
@@ -47,6 +45,7 @@ from fluorspar.cli.scene_options import (
 )
 from fluorspar.cli.workers import SchedulerOption, WorkersOption, client_for
 from fluorspar.errors import OptionError, message
+from fluorspar.scene.settings_text import size_of
 
 __all__ = ["render"]
 
@@ -293,6 +292,10 @@ def _draw_emitters(folder: Path) -> None:
 
 def _excluded(ids: list[str] | None) -> bool | list[str] | None:
     """Which objects `--exclude-emitter-geometry` leaves out."""
+    if ids and len(ids) > 1 and "all" in ids:
+        fix = "give all alone, or ids alone"
+        where = "--exclude-emitter-geometry"
+        raise OptionError(message("all is given beside ids", where=where, got=", ".join(ids), fix=fix))
     return True if ids == ["all"] else ids or None
 
 

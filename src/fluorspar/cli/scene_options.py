@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from fluorspar.cli.options import pairs
+from fluorspar.cli.given import pairs
 from fluorspar.errors import OptionError, message
 from fluorspar.scene.objects.mesh_file import FORMATS as MESHES
 

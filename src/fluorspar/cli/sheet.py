@@ -115,7 +115,7 @@ def sheet(
     ] = False,
 ) -> None:
     """Show and measure all combinations of lights, materials and concentrations of kept light paths."""
-    from fluorspar.cli.options import scene_named
+    from fluorspar.cli.given import scene_named
     from fluorspar.cli.targets import check_files
     from fluorspar.paths.light_paths import load_paths
     from fluorspar.sheets.combinations import axes_of, count_combinations

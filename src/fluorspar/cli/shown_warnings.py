@@ -18,7 +18,7 @@ _NAMES = re.compile(r"'[^']*'|[-+.\d]+")
 class ShownWarnings:
     """Takes the place of `warnings.showwarning`.
 
-    A material that two steps look at is not two faults; forty surfaces of one kind fill no screen.
+    A material that two steps look at is warned of once; of forty surfaces of one kind only two are.
 
     Parameters
     ----------

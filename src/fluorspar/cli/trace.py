@@ -9,13 +9,7 @@ import typer
 
 from fluorspar.cli import console
 from fluorspar.cli.changes import LightOption, SameLuminanceOption, files_named, light_of, settings
-from fluorspar.cli.options import (
-    ExcitationOption,
-    LibraryOption,
-    ResumeOption,
-    ThreadsOption,
-    size_of,
-)
+from fluorspar.cli.options import ExcitationOption, LibraryOption, ResumeOption, ThreadsOption
 from fluorspar.cli.scene_options import (
     MaterialOption,
     MatteOption,
@@ -34,6 +28,7 @@ from fluorspar.cli.scene_options import (
     scene_to_trace,
 )
 from fluorspar.cli.workers import SchedulerOption, WorkersOption, client_for
+from fluorspar.scene.settings_text import size_of
 
 __all__ = ["trace"]
 

@@ -7,8 +7,13 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
-from fluorspar.cli.options import LibraryOption, pairs, size_of
+from fluorspar.cli.changes import LightOption, light_of, settings
+from fluorspar.cli.given import pairs
+from fluorspar.cli.options import LibraryOption
+from fluorspar.cli.scene_options import SceneDefineOption, ViewpointOption
+from fluorspar.errors import OptionError, message
 from fluorspar.image.formats.registry import SUFFIXES
+from fluorspar.scene.settings_text import size_of
 
 __all__ = ["view"]
 
@@ -17,6 +22,10 @@ _EXAMPLES = """Lamps and dyes can be changed in light paths and scenes, not in i
 Examples:
 
   fluorspar view cornell-box --size 256x256 --spp 16
+
+\b
+  fluorspar view cornell-box --light light=A \\
+      --camera "target=186,100,169 fov=20"
 
   fluorspar view measured.exr render.nc
 
@@ -49,10 +58,9 @@ def view(
     wavelengths: Annotated[
         str, typer.Option(metavar="START:STOP:STEP", help="Of scenes: wavelength grid in nm.")
     ] = "360:700:5",
-    define: Annotated[
-        list[str] | None,
-        typer.Option("-D", metavar="KEY=VALUE", help="Value for $KEY in a scene file. May be repeated."),
-    ] = None,
+    define: SceneDefineOption = None,
+    camera: ViewpointOption = None,
+    light: LightOption = None,
 ) -> None:
     """Look at images, light paths and scenes in the browser: components, spectra, other lamps and dyes."""
     import webbrowser
@@ -67,8 +75,21 @@ def view(
     from fluorspar.view.workspace import Workspace
 
     supplies = Supplies(tuple(library or ()))
-    options = {"spp": spp, "size": size_of(size), "wavelengths": wavelengths}
-    sources = opened(what, supplies, pairs(define or [], "-D"), **options)
+    sources = opened(
+        what,
+        supplies,
+        pairs(define or [], "-D"),
+        spp=spp,
+        size=size_of(size),
+        wavelengths=wavelengths,
+        camera=camera,
+        lights=settings(light, "--light", light_of),
+    )
+    of_scenes = {"--spp": spp, "--size": size, "-D": define, "--camera": camera, "--light": light}
+    given = [name for name, value in of_scenes.items() if value]
+    if given and all(source.kind != "scene" for source in sources):
+        fault, fix = "an option of scenes is given, and no scene", "leave it out, or name a scene"
+        raise OptionError(message(fault, where=", ".join(given), got=", ".join(what), fix=fix))
     with Server(Workspace(sources, supplies), host=host, port=port) as server:
         console.out.print(server.address, markup=False, highlight=False)
         if host not in LOOPBACK:

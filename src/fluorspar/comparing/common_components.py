@@ -7,8 +7,9 @@ import numpy as np
 from fluorspar.comparing.sources import Side
 from fluorspar.image.components import COMPONENTS, LUMINESCENT, TOTAL, named_in, select
 from fluorspar.image.dataset import values_of
+from fluorspar.image.known_error import known_error
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import METHODS, OF_TOTAL, error_layer
+from fluorspar.image.stated import METHODS
 
 __all__ = ["common_components"]
 
@@ -33,7 +34,8 @@ def common_components(
     components : (str or None, str or None)
         What of each image; None: all of it.
     sentences : list of str
-        What is compared, and where the light of two images is not the same or cannot be told.
+        What is compared, what its standard errors are, and where the light of two images is not the same or cannot be
+        told.
 
     Examples
     --------
@@ -61,10 +63,8 @@ def common_components(
                 "does not hold it."
             )
     for name, side, what in zip("AB", sides, compared, strict=True):
-        if isinstance(side, SpectralImage) and what == "single_bounce":
-            layer = error_layer(side, what)
-            if layer == ("standard_error", None) and select(what, side.components) != side.components:
-                notes.append(f"{name}: {OF_TOTAL}.")
+        if isinstance(side, SpectralImage) and (of_error := known_error(side, what).note):
+            notes.append(f"{name}: {of_error}.")
     return (compared[0], compared[1]), notes + _unlike(sides, compared) + _missing_excitation(sides, compared)
 
 

@@ -68,17 +68,19 @@ def common_points(
     if aperture is not None and (points is None or not images):
         got = f"{aperture}, and no points" if points is None else f"{aperture}, and two tables"
         fix = "give points (--points)" if images else "leave the aperture out (--aperture)"
-        raise OptionError(message("an aperture measures images at points", got=got, fix=fix))
+        raise OptionError(
+            message("an aperture is given, but no image is measured at points", got=got, fix=fix)
+        )
     if scene is not None and (points is None or not images):
         fix = "give points (--points)" if images else "leave the scene out (--scene)"
         got = f"{scene.name}, and " + ("no points" if images else "two tables")
-        raise OptionError(message("a scene is for measuring images at points", got=got, fix=fix))
+        raise OptionError(message("a scene is given, but no image is measured at points", got=got, fix=fix))
     if not measured and points is None:
         return None, []
     if points is None and images:
         raise OptionError(
             message(
-                "an image is compared with a table at points, and their places are missing",
+                "an image is compared with a table at points, whose places in the image are not given",
                 expected=f"the places of {', '.join(measured[0].names)}",
                 fix="give points (--points)",
             )
@@ -146,7 +148,7 @@ def _cameras(
     if scene is None and (
         aperture is None or aperture.unit == "deg" or not all(point.is_pixel for point in points)
     ):
-        scenes = [scene_of(image) for image in images]
+        scenes = [scene_of(image.attrs) for image in images]
         first = next((known for known in scenes if known is not None), None)
         scenes = [first if known is None else known for known in scenes]
     if aperture is None:

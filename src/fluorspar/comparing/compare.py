@@ -118,6 +118,11 @@ def compare(
     OptionError
         If an option is impossible, points are missing, or the units differ and scales are not matched.
 
+    Warns
+    -----
+    ApproximationWarning
+        If images are measured with an aperture that is smaller than a pixel.
+
     Notes
     -----
     With a point as `match`, RMSE is that of Eq. 14 of Tominaga, Guarnera, Ohtera, IEEE TVCG 2026, doi
@@ -182,7 +187,7 @@ def compare(
             mean_b=scale.mean_b,
             white=white_xyz,
             observer=observer,
-            notes=(
+            notes=_each_once(
                 *of_units,
                 *of_bands,
                 *of_components,
@@ -240,6 +245,11 @@ def _rmse_bands(grid: Wavelengths) -> tuple[NDArray[np.bool_], tuple[float, floa
     reached = "" if bands == RANGE else ", which is all that both have of 400-700 nm"
     of_range = f"RMSE is taken over {in_range.sum()} bands, {bands[0]:g}-{bands[1]:g} nm{reached}."
     return in_range, bands, Detail(of_range)
+
+
+def _each_once(*notes: str) -> tuple[str, ...]:
+    """What is said of an image and of its points is said once."""
+    return tuple(dict.fromkeys(notes))
 
 
 def _of_tables(tables: tuple[PointSpectra, PointSpectra] | None) -> list[str]:

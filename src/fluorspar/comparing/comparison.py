@@ -251,7 +251,7 @@ class Comparison:
             return self.main.noise.greatest_z
         if name == "rmse_eq14" and (self.points is None or self.points.rmse_eq14 is None):
             fault, fix = (
-                "rmse_eq14 is of points, and normalised at one of them",
+                "rmse_eq14 needs points, and one of them to normalise at",
                 "give points, and one to match at",
             )
             raise OptionError(message(fault, got=f"scales matched by {self.match!r}", fix=fix))

@@ -65,7 +65,10 @@ def match_scales(
     """
     at_a_point = match not in ("none", "luminance")
     if at_a_point and points is None:
-        fault, fix = "the scales cannot be matched at a point without points", "give points (--points)"
+        fault, fix = (
+            "the scales are to be matched at a point, but no points are given",
+            "give points (--points)",
+        )
         raise OptionError(message(fault, got=match, fix=fix))
     what = "points" if images is None else "pixels"
     if images is not None:

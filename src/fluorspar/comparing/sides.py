@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from fluorspar.comparing.sources import Side
 from fluorspar.errors import ImageError, message
 from fluorspar.image.components import select
-from fluorspar.image.dataset import add_up, values_of
+from fluorspar.image.dataset import add_up
+from fluorspar.image.known_error import known_error
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import bands_of, error_layer
+from fluorspar.image.stated import bands_of
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.spectral.bands import Bands, error_of_sum, errors_on_bands
 
@@ -62,7 +63,7 @@ class ImageSide:
     @property
     def has_errors(self) -> bool:
         """Whether the image holds standard errors of what is compared."""
-        return error_layer(self.image, self.component) is not None
+        return bool(known_error(self.image, self.component))
 
     def radiance(self, rows: slice) -> NDArray[np.float32]:
         """Radiance of some rows, ndarray of shape (rows, X, T), float32; not to be written to."""
@@ -76,11 +77,10 @@ class ImageSide:
 
     def errors(self, rows: slice) -> NDArray[np.float32]:
         """Standard errors of some rows, ndarray of shape (rows, X, T); bands count as fully correlated."""
-        layer = error_layer(self.image, self.component)
-        if layer is None:
+        known = known_error(self.image, self.component)
+        if not known:
             raise ImageError(message("the image holds no standard errors of what is compared"))
-        variable, component = layer
-        return self._on_common_bands(values_of(self.image.dataset, variable, rows, component), absolute=True)
+        return self._on_common_bands(known.rows(rows), absolute=True)
 
     def _on_common_bands(self, values: NDArray[np.float32], absolute: bool = False) -> NDArray[np.float32]:
         if self.weights is None:

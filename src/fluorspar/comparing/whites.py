@@ -143,7 +143,7 @@ def _illuminant(name: str, table: PointSpectra | None) -> Spectrum:
 
 
 def has_colour(white: Array) -> bool:
-    """Whether CIELAB can be had with this white: bands of 680-700 nm give it no Z, for instance.
+    """Whether CIELAB is defined with this white: not if X, Y or Z is 0, as Z is in bands of 680-700 nm.
 
     Examples
     --------

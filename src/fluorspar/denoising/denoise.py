@@ -22,7 +22,7 @@ from fluorspar.image.computed import computed
 from fluorspar.image.dataset import names_of, values_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
-from fluorspar.measuring.image_scene import as_seen, given_scene, scene_of
+from fluorspar.measuring.image_scene import scene_of
 from fluorspar.paths.seen_first import seen_first
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.variants import usable_cores
@@ -72,7 +72,7 @@ def denoise(
         how = dataset.attrs["denoised"]
         raise ImageError(message("the image is denoised already", got=how, fix="denoise the noisy one"))
     if surfaces is None:
-        known = given_scene(scene) or scene_of(image)
+        known = scene_of(image.attrs, scene)
         surfaces = None if known is None else surfaces_of(known, image)
     names = [name for name in image.components if name != _SOURCE]
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
@@ -124,9 +124,9 @@ def _copy_of(dataset: xr.Dataset) -> Fill:
 
 
 def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
-    """Colours and normals of the surfaces that an image of a scene shows, see `seen_first`."""
-    spp = image.attrs.get("spp", scene.settings.spp)
-    (width, height), scene = image.size, as_seen(scene, image.attrs).with_settings(spp=int(spp))
+    """Colours and normals of the surfaces that an image of a scene shows from its camera, see `seen_first`."""
+    (width, height), spp = image.size, int(image.attrs.get("spp", scene.settings.spp))
+    scene = scene.with_settings(spp=spp)
     grid = image.wavelengths.values
     held = image.wavelengths if type(image.wavelengths) is Wavelengths else Wavelengths()
     if held is not image.wavelengths and not (grid[0] < held.stop and grid[-1] > held.start):

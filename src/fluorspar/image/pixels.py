@@ -109,8 +109,8 @@ class FinishedPixels:
         if self._dark:
             text = (
                 f"the image is 0 everywhere: perhaps the lamps give no light at {self._grid}, something stands between "
-                "them and what is seen, surfaces turn their black backs to it (twosided), or the camera is inside an "
-                "object or looks past everything"
+                "them and what is seen, the camera sees the black backs of one-sided surfaces (twosided), or is inside "
+                "an object or looks past everything"
             )
             warnings.warn(text, FluorsparWarning, stacklevel=6)
 

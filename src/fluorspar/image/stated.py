@@ -1,55 +1,15 @@
-"""What an image says of itself: its bands, its unit, and which standard errors it holds."""
+"""What an image says of itself: its bands, its unit, and whether it is denoised."""
 
 from __future__ import annotations
 
-from fluorspar.image.components import select
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.units import in_our_spelling, quantity_of, unit_of
 from fluorspar.spectral.bands import Bands
 
-__all__ = ["METHODS", "OF_ALL", "OF_TOTAL", "bands_of", "error_layer", "is_denoised", "unit_of_image"]
+__all__ = ["METHODS", "bands_of", "is_denoised", "unit_of_image"]
 
 METHODS = ("paths", "staged")
 """The attribute `method` of images that Fluorspar rendered."""
-
-OF_ALL = ("standard_error", "denoised_error")
-"""The variables that hold an error of the total; an image has one of them."""
-
-OF_TOTAL = "standard errors of single_bounce are those of the total, which are slightly larger"
-
-
-def error_layer(image: SpectralImage, component: str | None) -> tuple[str, str | None] | None:
-    """Find the standard errors of what is chosen.
-
-    Parameters
-    ----------
-    image : SpectralImage
-    component : str, optional
-        As in `SpectralImage.xyz`.
-
-    Returns
-    -------
-    variable, component : str, str or None
-        The variable of the data set, and which component of it; None as a whole if there are none. Those of
-        `single_bounce` are those of the total: the light it leaves out only adds to the noise.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from fluorspar.spectral.wavelengths import Wavelengths
-    >>> image = SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths(), np.ones((4, 6, 69)))
-    >>> error_layer(image, "total"), error_layer(image, "source")
-    (('standard_error', None), None)
-    """
-    chosen = select(component, image.components)
-    of_total = next((name for name in OF_ALL if name in image.dataset), None)
-    if of_total is not None and chosen == select(None, image.components):
-        return of_total, None
-    if "component_standard_error" in image.dataset and len(chosen) == 1:
-        return "component_standard_error", chosen[0]
-    if of_total is not None and chosen == select("single_bounce", image.components):
-        return of_total, None
-    return None
 
 
 def is_denoised(image: SpectralImage) -> bool:

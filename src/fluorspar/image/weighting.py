@@ -8,8 +8,8 @@ import xarray as xr
 
 from fluorspar.image.components import select
 from fluorspar.image.dataset import VARIABLES
+from fluorspar.image.known_error import OF_ALL
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import OF_ALL
 
 __all__ = ["error_of", "factors_of", "weighted"]
 

@@ -1,4 +1,4 @@
-"""The scene that an image was rendered from."""
+"""The scene that an image was rendered from, as the image saw it."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from fluorspar.errors import OptionError, message
-from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.stated import METHODS
 from fluorspar.scene.scene import Scene
 
-__all__ = ["as_seen", "built_in_scene", "given_scene", "scene_of"]
+__all__ = ["given_scene", "scene_of"]
 
 
 def given_scene(scene: Scene | str | Path | None) -> Scene | None:
@@ -32,53 +31,42 @@ def given_scene(scene: Scene | str | Path | None) -> Scene | None:
     return scene if scene is None or isinstance(scene, Scene) else load_scene(scene)
 
 
-def scene_of(image: SpectralImage, *, required: bool = False) -> Scene | None:
-    """Load the scene an image was rendered from, if it is built-in, with the parameters it was rendered with.
+def scene_of(
+    attrs: Mapping[str, Any], scene: Scene | str | Path | None = None, *, required: bool = False
+) -> Scene | None:
+    """Load the scene that an image shows, with its camera where it stood for the image.
 
     Parameters
     ----------
-    image : SpectralImage
+    attrs : mapping
+        What the image, or the job that makes it, says of itself.
+    scene : Scene, str or Path, optional
+        The scene. By default the built-in one that the image names, with the parameters it was rendered with.
     required : bool
         Raise if it cannot be told.
 
     Raises
     ------
     OptionError
-        If it is required and the image names no built-in scene, or the mesh it was rendered with is gone.
+        If it is required, not given, and the image names no built-in scene; or the mesh it was rendered with is gone.
+    SceneError
+        If it cannot be loaded.
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from fluorspar.spectral.wavelengths import Wavelengths
-    >>> scene_of(SpectralImage.from_arrays(np.ones((7, 4, 6, 69)), Wavelengths())) is None
+    >>> scene_of({"scene": "a room"}) is None
     True
-    """
-    return built_in_scene(image.attrs, required=required)
-
-
-def as_seen(scene: Scene, attrs: Mapping[str, Any]) -> Scene:
-    """Move the camera of a scene to where it stood for an image with these attributes.
-
-    Examples
-    --------
-    >>> scene = built_in_scene({"scene": "cornell-box"})
-    >>> print(as_seen(scene, {"method": "paths", "camera": "fov=20"}).settings.viewpoint)
+    >>> print(scene_of({"scene": "cornell-box", "method": "paths", "camera": "fov=20"}).settings.viewpoint)
     fov=20
     """
     from fluorspar.scene.camera import seen_from
 
+    found = _built_in(attrs, required) if scene is None else given_scene(scene)
     camera = attrs.get("camera")  # None in images of light paths that were never saved
-    return seen_from(scene, str(camera)) if camera and attrs.get("method") in METHODS else scene
+    return seen_from(found, str(camera)) if found and camera and attrs.get("method") in METHODS else found
 
 
-def built_in_scene(attrs: Mapping[str, Any], *, required: bool = False) -> Scene | None:
-    """Load the built-in scene that the attributes of an image, or of the job that makes it, name; see `scene_of`.
-
-    Examples
-    --------
-    >>> built_in_scene({"scene": "cornell-box"}).name
-    'cornell-box'
-    """
+def _built_in(attrs: Mapping[str, Any], required: bool) -> Scene | None:
     from fluorspar.scene.builtin import BUILTIN
     from fluorspar.scene.loading import load_scene
 
@@ -93,10 +81,10 @@ def built_in_scene(attrs: Mapping[str, Any], *, required: bool = False) -> Scene
                     "the mesh that the image was rendered with is gone",
                     where=f"scene {name}",
                     got=mesh,
-                    fix=f"put it back, or load the scene with its place: parameters (--scene {name} -D mesh=FILE)",
+                    fix=f"put it back, or say where it is now: parameters (--scene {name} -D mesh=FILE)",
                 )
             )
-        return as_seen(load_scene(name, parameters=parameters), attrs)
+        return load_scene(name, parameters=parameters)
     if required:
         raise OptionError(
             message(

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
 from fluorspar.image.components import select
-from fluorspar.image.dataset import add_up, values_of
+from fluorspar.image.dataset import add_up
+from fluorspar.image.known_error import known_error
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import error_layer, is_denoised
+from fluorspar.image.stated import is_denoised
 from fluorspar.measuring.error_freedom import combined_freedom, error_freedom
 
 __all__ = ["mean_spectrum"]
@@ -60,10 +61,10 @@ def mean_spectrum(
     radiance = np.einsum("yx,yxn->n", weights, light, dtype=np.float64)
     if not np.isfinite(radiance).all():
         raise ImageError(message("a pixel that is to be measured was not rendered", where=where))
-    layer = error_layer(image, component)
-    if layer is None:
+    known = known_error(image, component)
+    if not known:
         return radiance, None, np.inf
-    errors = values_of(image.dataset, layer[0], component=layer[1]).astype(np.float64)
+    errors = known.rows().astype(np.float64)
     if is_denoised(image):
         return radiance, np.einsum("yx,yxn->n", weights, errors), np.inf
     error = np.sqrt(np.einsum("yx,yxn->n", weights**2, errors**2))

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, FluorsparWarning, ImageError, message
 from fluorspar.files.names import text_of
-from fluorspar.image.components import select
+from fluorspar.image.known_error import is_all_light, known_error
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.stated import OF_TOTAL, bands_of, error_layer, is_denoised, unit_of_image
+from fluorspar.image.stated import bands_of, is_denoised, unit_of_image
 from fluorspar.measuring.aperture import Aperture, coverage, radius_in_pixels
-from fluorspar.measuring.image_scene import as_seen, given_scene, scene_of
+from fluorspar.measuring.image_scene import scene_of
 from fluorspar.measuring.mean_spectrum import mean_spectrum
 from fluorspar.measuring.options import text_option, width_option
 from fluorspar.measuring.point_spectra import PointSpectra
@@ -30,9 +30,6 @@ from fluorspar.spectral.bands import beyond_the_data
 __all__ = ["measure"]
 
 Array = NDArray[np.float64]
-
-WHOLE_PIXELS = "the pixels it touches are measured whole"
-"""Said where an aperture is smaller than a pixel."""
 
 
 def measure(
@@ -72,8 +69,9 @@ def measure(
         `radiance` of shape (P, N) on the N wavelengths of the image, W m-2 sr-1 nm-1 or the unit that the image
         states. `standard_error` is that of the mean under the aperture, if the image has standard errors of what is
         measured: pixels are independent, the bands of a pixel fully correlated; `freedom` says of how many
-        samples they are. Of a denoised image it is the estimated error, which pixels share. Known whites are kept if
-        all light is measured (the total, or `single_bounce`): illuminance needs it.
+        samples they are. Of a sum of components it is an upper limit, or missing; the notes say so. Of a denoised
+        image it is the estimated error, which pixels share. Known whites are kept if all light is measured (the total,
+        or `single_bounce`): illuminance needs it.
 
     Raises
     ------
@@ -88,7 +86,7 @@ def measure(
     Warns
     -----
     ApproximationWarning
-        If the aperture reaches beyond the image, or is smaller than a pixel (of the default the notes say so).
+        If the aperture reaches beyond the image, or is smaller than a pixel.
     FluorsparWarning
         If the places of the points are doubtful: all within one pixel, as in other units than those of the scene, or
         two at the same place.
@@ -113,22 +111,21 @@ def measure(
                 )
             title = title or text_of(image)
             image = opened.enter_context(SpectralImage.open(image))
-        points, scene, aperture = points_of(points), given_scene(scene), Aperture.of(aperture)
+        points, aperture = points_of(points), Aperture.of(aperture)
         component, bandwidth = (
             text_option("component", component),
             width_option("bandwidth", bandwidth) or 0.0,
         )
         needs_camera = any(not point.is_pixel for point in points)
-        if scene is None and (needs_camera or aperture is None or aperture.unit == "deg"):
-            scene = scene_of(image, required=needs_camera or aperture is not None)
-        aperture = aperture or (Aperture() if scene is not None else Aperture(1.0, "px"))
-        pixels, camera_matrix = _seen(image, points, scene, aperture)
+        seen = None
+        if scene is not None or needs_camera or aperture is None or aperture.unit == "deg":
+            seen = scene_of(image.attrs, scene, required=needs_camera or aperture is not None)
+        aperture = aperture or (Aperture() if seen is not None else Aperture(1.0, "px"))
+        pixels, camera_matrix = _seen(image, points, seen, aperture)
         radiance, error, freedom = _means(image, points, pixels, aperture, camera_matrix, component)
         width = _width(pixels, aperture, camera_matrix)
-        if width and aperture != Aperture():  # what is asked for; the default is said in the notes
+        if width:
             warnings.warn(f"the aperture is {aperture}{width}", ApproximationWarning, stacklevel=2)
-        components = select(component, image.components)
-        all_light = components == select(None, image.components)
         notes = [
             f"mean under an aperture of {aperture}{width}" + ("" if component is None else f", {component}")
         ]
@@ -136,10 +133,9 @@ def measure(
             notes.append(
                 f"a denoised image ({image.attrs['denoised']}): errors are estimated, and pixels share them"
             )
-        layer = error_layer(image, component)
-        if layer is not None and layer[1] is None and not all_light:
-            notes.append(OF_TOTAL)
-        lit = all_light or components == select("single_bounce", image.components)
+        if of_error := known_error(image, component).note:
+            notes.append(of_error)
+        lit = is_all_light(image, component)
         spectra = PointSpectra(
             tuple(point.name for point in points),
             bands_of(image),
@@ -167,7 +163,7 @@ def _seen(
         from fluorspar.scene.camera import camera_of
 
         width, height = image.size
-        scene = as_seen(scene.with_settings(width=width, height=height), image.attrs)
+        scene = scene.with_settings(width=width, height=height)
         matrix = camera_of(scene).matrix
         if in_scene:
             pixels[in_scene] = visible_pixels(scene, [points[p] for p in in_scene])
@@ -179,7 +175,7 @@ def _seen(
 def _width(pixels: Array, aperture: Aperture, camera_matrix: Array | None) -> str:
     """The width of an aperture where it is less than a pixel, in words; empty: it is more."""
     width = 2 * max(radius_in_pixels(pixel, aperture, camera_matrix) for pixel in pixels)
-    return f", {width:.2g} pixels wide: {WHOLE_PIXELS}" if width < 0.99 else ""
+    return f", {width:.2g} pixels wide: the pixels it touches are measured whole" if width < 0.99 else ""
 
 
 def _means(

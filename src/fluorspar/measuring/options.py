@@ -24,7 +24,7 @@ def text_option(name: str, value: str | None) -> str | None:
     """
     if value is None or isinstance(value, str):
         return value
-    raise OptionError(message(f"{name} is not a name", got=repr(value), expected="a name, as text"))
+    raise OptionError(message(f"{name} is not text", got=repr(value), expected="a name, as text"))
 
 
 def reference_option(name: str, value: str | None) -> str:
@@ -61,5 +61,5 @@ def width_option(name: str, value: float | None) -> float | None:
     if value is None or (number and np.isfinite(value) and value >= 0):
         return value
     raise OptionError(
-        message(f"{name} is impossible", got=repr(value), expected="FWHM in nm, 0 for samples, or more")
+        message(f"{name} is impossible", got=repr(value), expected="the FWHM in nm, 0 or more (0: samples)")
     )

@@ -211,7 +211,7 @@ class _Passes:
         }
 
     def _next(self, errors: RelativeErrors, seconds: float) -> tuple[int, str]:
-        """Samples of the next pass, 0 if there is none, and why there is none, or why there will have been none.
+        """Samples of the next pass and why it is the last one; 0 if there is none, and why.
 
         Parameters
         ----------

@@ -59,7 +59,7 @@ class PathsWriter:
     left : Path, optional
         What to go on with, under its temporary name.
     journaled : bool
-        Leave what is finished in a journal, to be gone on with, if the writer is killed.
+        Leave what is finished in a journal, to be continued, if the writer is killed.
 
     Attributes
     ----------

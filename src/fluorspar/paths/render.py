@@ -217,7 +217,7 @@ def fill(
         row_length = settings.width if sample_sets(settings) == 2 else None
         for chunk in chunks:
             if untold:  # only now it is certain that the GPU traces
-                text = f"light paths are traced on the GPU, but swept on the CPU: {why_not_on_gpu()}"
+                text = f"light paths are traced on the GPU, but spectra are computed on the CPU: {why_not_on_gpu()}"
                 warnings.warn(text, FluorsparWarning, stacklevel=5)
                 untold = False
             first, count = chunk.first_pixel, chunk.pixels

@@ -59,7 +59,7 @@ def look_for(
     output: str | os.PathLike[str],
     label_there: Callable[[], Mapping[str, str] | None],
 ) -> Earlier:
-    """Look for what can be gone on with.
+    """Look for what can be continued.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def check_same(
         more = f"; and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
         raise OptionError(
             message(
-                "the file that is there is of another render",
+                "the file to continue is of another render",
                 where=output,
                 got="; ".join(found[:_SHOWN]) + more,
                 fix=fix,
@@ -185,8 +185,8 @@ def say_unfinished(label: Mapping[str, str], output: str | os.PathLike[str]) -> 
     """Say that there is something to go on with, which is about to be made anew."""
     if _left(label, _target(output)) is not None:
         text = (
-            f"an unfinished render of {Path(output).name} is there, which --resume would go on with; it is removed "
-            "when this one is whole"
+            f"there is an unfinished render of {Path(output).name}, which --resume would continue; it is deleted when "
+            "this one is finished"
         )
         warnings.warn(text, FluorsparWarning, stacklevel=5)
 
@@ -213,7 +213,7 @@ def check_passes(image: SpectralImage, job: RenderJob, output: str | os.PathLike
     if passes != [spp]:
         raise OptionError(
             message(
-                "the file that is there has other samples",
+                "the file to continue has other samples",
                 where=output,
                 got=f"{sum(passes)} samples per pixel in {len(passes)} passes",
                 expected=spp,

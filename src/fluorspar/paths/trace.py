@@ -66,7 +66,7 @@ def trace_job(
     ImageError
         If the file cannot be written.
     ClusterError
-        If workers do not do it. What has come from them is left beside the file, to be gone on with.
+        If workers do not do it. What has come from them is left beside the file, to be continued.
     """
     if output is None:
         kept: list[PackedChunk] = []

@@ -93,7 +93,7 @@ def _content(path: Path, digest: str, scene: str) -> bytes:
     if content is None or hashlib.sha256(content).hexdigest() != digest:
         raise SceneError(
             message(
-                "the scene is no longer what was loaded",
+                "the scene has changed since it was loaded",
                 where=scene,
                 got=f"{path} {'is gone' if content is None else 'has changed'}",
                 expected="the same files, which are sent to workers",

@@ -118,7 +118,7 @@ class KeptNodes:
         if changed or now.nodes != before.nodes:
             raise SceneError(
                 message(
-                    "the scene is no longer what was loaded",
+                    "the scene has changed since it was loaded",
                     where=self._recipe.name,
                     got=f"{changed[0]} has changed or is gone" if changed else "other nodes",
                     expected="the same files, and the same version of Mitsuba",

@@ -76,7 +76,7 @@ def _place(node: Any, plugin: str, name: str) -> LightPlace:
             "constant" if plugin not in ("point", "directional") else plugin, position, direction
         )
     if "texture" in props:
-        raise SceneError(message("a spot light with a texture has no place of its own", where=name))
+        raise SceneError(message("a spot light with a texture is not supported here", where=name))
     cutoff = float(props["cutoff_angle"]) if "cutoff_angle" in props else 20.0
     beam = float(props["beam_width"]) if "beam_width" in props else 0.75 * cutoff
     return LightPlace(plugin, position, direction, math.radians(cutoff), math.radians(beam))

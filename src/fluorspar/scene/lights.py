@@ -6,7 +6,10 @@ import warnings
 from dataclasses import dataclass
 from typing import Any
 
-from fluorspar.errors import ApproximationWarning, SceneError, message
+import numpy as np
+from numpy.typing import NDArray
+
+from fluorspar.errors import ApproximationWarning, FluorsparError, SceneError, message
 from fluorspar.scene.averages import average_light
 from fluorspar.scene.node_checks import LARGEST
 from fluorspar.scene.nodes import label
@@ -15,7 +18,15 @@ from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.spectral.illuminants import without_noise
 from fluorspar.spectral.spectrum import Spectrum
 
-__all__ = ["LIGHTS", "Light", "give_spectrum", "light_names", "read_light", "spectrum_property"]
+__all__ = [
+    "LIGHTS",
+    "Light",
+    "check_light",
+    "give_spectrum",
+    "light_names",
+    "read_light",
+    "spectrum_property",
+]
 
 LIGHTS = {
     "area": ("radiance", "W m-2 sr-1 nm-1"),
@@ -141,25 +152,29 @@ def read_light(state: Any, index: int, shape: int | None, *, matte: bool) -> Lig
             )
         )
     spectrum = without_noise(spectrum)
-    if (spectrum.values < 0).any():
-        raise SceneError(
-            message(
-                "a light is negative",
-                where=f"light '{name}'",
-                got=float(spectrum.values.min()),
-                expected=">= 0",
-            )
-        )
-    if (spectrum.values >= LARGEST).any():
-        raise SceneError(
-            message(
-                "a light is too bright for single precision",
-                where=f"light '{name}'",
-                got=float(spectrum.values.max()),
-                expected=f"below {LARGEST:g} {unit}",
-            )
-        )
+    check_light(name, spectrum.values, unit, SceneError)
     return Light(name, plugin, spectrum, unit, index)
+
+
+def check_light(name: str, values: NDArray[np.float64], unit: str, error: type[FluorsparError]) -> None:
+    """Raise this error if the spectrum of a light is negative, or too bright for single precision.
+
+    Examples
+    --------
+    >>> check_light("lamp", np.array([0.5, -0.1]), "W m-2 sr-1 nm-1", SceneError)
+    Traceback (most recent call last):
+    ...
+    fluorspar.errors.SceneError: light 'lamp' is negative
+      got:      -0.1
+      expected: 0 or more at all wavelengths
+    """
+    if (values < 0).any():
+        fault, got, expected = "negative", values.min(), "0 or more at all wavelengths"
+    elif (values >= LARGEST).any():
+        fault, got, expected = "too bright for single precision", values.max(), f"below {LARGEST:g} {unit}"
+    else:
+        return
+    raise error(message(f"light '{name}' is {fault}", got=float(got), expected=expected))
 
 
 def _average(state: Any, index: int, shape: int | None, name: str) -> Spectrum:

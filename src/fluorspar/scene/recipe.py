@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,9 @@ from fluorspar.scene.scene_dict import plain_dict
 from fluorspar.scene.sensor import choose_sensor
 
 __all__ = ["Recipe", "check_library", "recipe_of"]
+
+_NUMBERS = re.compile(r"[-+.,\d\seE]*\d[-+.,\d\seE]*")
+_EMPTY_PLACE = re.compile(r"^\s*,|,\s*,|,\s*$")
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +108,8 @@ def recipe_of(
     SceneError
         If it is none of these, or a dict holds a value that cannot be pickled.
     OptionError
-        If materials, parameters or library are of another type.
+        If materials, parameters or library are of another type, or a parameter is a list of numbers with an empty
+        place.
     MaterialError, SpectrumError
         If a material from outside is unknown or impossible.
 
@@ -148,6 +153,10 @@ def recipe_of(
             )
     check_library(library)
     values = {name: str(value) for name, value in (parameters or {}).items()}
+    for name, text in values.items():
+        if _EMPTY_PLACE.search(text) and _NUMBERS.fullmatch(text):  # Mitsuba would read 1,2,,3 as 1,2,3
+            fault = f"the parameter {name} is a list of numbers with an empty place"
+            raise OptionError(message(fault, got=text, expected="numbers with one comma between two of them"))
     absolute: Path | str | dict[str, Any]
     if isinstance(source, dict):
         absolute = plain_dict(source)

@@ -19,10 +19,9 @@ from fluorspar.bispectral.library import material
 from fluorspar.bispectral.material import Material
 from fluorspar.colour.xyz import luminance
 from fluorspar.errors import FluorsparWarning, OptionError, message
-from fluorspar.scene.lights import Light
+from fluorspar.scene.lights import Light, check_light
 from fluorspar.scene.lobes.lobe import STRAIGHT, Lobe, LobeRow, Lobes
 from fluorspar.scene.lobes.rows import Coated, Luminescence, Metal, Operated, Reflection
-from fluorspar.scene.node_checks import LARGEST
 from fluorspar.scene.recipe import check_library
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.suggestion import did_you_mean
@@ -40,7 +39,7 @@ LightSetting: TypeAlias = str | os.PathLike[str] | Spectrum | float | tuple[Any,
 MaterialSetting: TypeAlias = str | os.PathLike[str] | Material
 
 _WHOLE = Wavelengths(300, 830, 1)  # nm, where lights are compared
-_DARK = 1e-3  # lm/W: a lamp of less is no lamp to see by
+_DARK = 1e-3  # lm/W: below this a lamp counts as invisible
 _LM_PER_W = 683.0
 
 
@@ -250,7 +249,7 @@ def _general(scene: Scene, lobes: Lobes, change: _Change) -> Scene:
         if new.fluorescent and not _takes_dyes(row, side):
             raise OptionError(
                 message(
-                    f"'{surface.name}' cannot get a fluorescent material: its gloss has no equation for it",
+                    f"'{surface.name}' cannot get a fluorescent material: its glossy BSDF defines no luminescence",
                     got=new.name,
                     expected="a material without fluorescence",
                     fix="make its BSDF a 'fluorescent' one with int_ior, and trace again",
@@ -357,26 +356,11 @@ def _changed_light(light: Light, key: str, setting: LightSetting, same_luminance
         new, relative = old, False
     else:
         new, relative, factor = old, False, factor * _factor(f"factor of light '{key}'", given)
-    if (new.values < 0).any():
-        raise OptionError(
-            message(
-                f"light '{key}' is negative",
-                got=float(new.values.min()),
-                expected="0 or more at all wavelengths",
-            )
-        )
     if relative:
         factor *= _brightness(old, new, key)
     with np.errstate(over="ignore"):
         values = new.values * factor
-    if (values >= LARGEST).any():
-        raise OptionError(
-            message(
-                f"light '{key}' is too bright for single precision",
-                got=float(values.max()),
-                expected=f"below {LARGEST:g} {light.unit}",
-            )
-        )
+    check_light(key, values, light.unit, OptionError)
     return replace(light, spectrum=replace(new, values=values, name=new.name or old.name))
 
 

@@ -147,9 +147,7 @@ class _Reader:
                 )
             )
         for name in sorted(self.unused):
-            text = (
-                f"the material for '{name}' is not used: no surface that has no other material refers to it"
-            )
+            text = f"the material for '{name}' is not used: no surface refers to it, or those that do have another"
             warnings.warn(text, SceneNotice, stacklevel=5)
 
     def shape(self, index: int) -> None:

@@ -65,11 +65,11 @@ class Viewpoint:
             if not 0 < self.fov < 180:
                 raise _impossible("fov is out of range", self.fov, "degrees between 0 and 180")
         if not str(self):
-            raise _impossible("nothing is said of the camera", "nothing", _EXPECTED)
+            raise _impossible("no change of the camera is given", "nothing", _EXPECTED)
         if self.origin is not None and self.origin == self.target:
             raise _impossible("the camera stands at its target", self, "two places")
         if self.up is not None and not any(self.up):
-            raise _impossible("upwards has no direction", self, "a vector that is not 0")
+            raise _impossible("up is a vector of length 0", self, "a vector that is not 0")
 
     def __str__(self) -> str:
         """As `of` reads it, to the last digit."""
@@ -103,7 +103,7 @@ class Viewpoint:
             parts = dict(found)
             if rest or len(parts) < len(found):
                 raise _impossible("the camera is not readable", repr(given), _EXPECTED)
-            parts = {name: re.split(r"[\s,]+", text) for name, text in parts.items()}
+            parts = {name: re.split(r"\s*,\s*|\s+", text) for name, text in parts.items()}
             if len(parts.get("fov", "1")) == 1 and "fov" in parts:
                 parts["fov"] = parts["fov"][0]
         if not isinstance(parts, Mapping):

@@ -85,7 +85,7 @@ def axes_of(
                 expected = "a list of settings"
                 raise OptionError(
                     message(
-                        "this is no list",
+                        "this is not a list",
                         where=f"{kind} {key}",
                         got=repr(settings),
                         expected=expected,

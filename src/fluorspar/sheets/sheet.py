@@ -23,7 +23,7 @@ from fluorspar.image.display.appearance import auto_exposure, show, xyz_of
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import read_grid
 from fluorspar.measuring.aperture import Aperture
-from fluorspar.measuring.image_scene import as_seen, built_in_scene, given_scene
+from fluorspar.measuring.image_scene import scene_of
 from fluorspar.measuring.measure import measure
 from fluorspar.measuring.point_spectra import PointSpectra
 from fluorspar.measuring.points import Point, points_of
@@ -131,6 +131,11 @@ def sheet(
     ImageError
         If the pictures do not fit into memory.
 
+    Warns
+    -----
+    ApproximationWarning
+        If points are measured with an aperture that is smaller than a pixel.
+
     Examples
     --------
     >>> import fluorspar
@@ -192,15 +197,10 @@ class _Meter:
     ) -> _Meter:
         given, aperture = points_of(points), Aperture.of(aperture)
         settings = paths.job.scene.settings
-        seen_by = given_scene(scene)
-        if seen_by is None and not isinstance(paths.chunks, PathsInFile):
-            seen_by = paths.job.scene
         in_scene = [point for point in given if not point.is_pixel]
-        if seen_by is None:
-            needed = bool(in_scene) or (aperture is not None and aperture.unit == "deg")
-            seen_by = built_in_scene(paths.job.attrs, required=needed)
+        needed = bool(in_scene) or (aperture is not None and aperture.unit == "deg")
+        seen_by = _shown(paths, scene, required=needed)
         if in_scene and seen_by is not None:
-            seen_by = as_seen(seen_by, paths.job.attrs)
             seen_by = seen_by.with_settings(width=settings.width, height=settings.height)
             at = dict(zip([p.name for p in in_scene], visible_pixels(seen_by, in_scene) - 0.5, strict=True))
             given = tuple(
@@ -247,12 +247,10 @@ def _images(
         yield index, whole_image(paths, report, **changes, **options)
 
 
-def _shown(paths: LightPaths, scene: Scene | str | Path | None) -> Scene | None:
+def _shown(paths: LightPaths, scene: Scene | str | Path | None, *, required: bool = False) -> Scene | None:
     """The scene of light paths with its geometry, which those from a file do not hold."""
-    given = given_scene(scene)
-    if given is None and not isinstance(paths.chunks, PathsInFile):
-        return paths.job.scene
-    return given or built_in_scene(paths.job.attrs)
+    own = None if isinstance(paths.chunks, PathsInFile) else paths.job.scene
+    return scene_of(paths.job.attrs, scene or own, required=required)
 
 
 def _clean(

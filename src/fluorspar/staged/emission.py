@@ -88,8 +88,8 @@ def patch_illumination(
     """Estimate E averaged over each patch of a surface, seen by the camera or not.
 
     Light paths start just above random points of the patch, look down at it, and go on as a camera's would; E
-    follows by Eq. 11. Point, spot and directional lights count. Points that something lies on do not count: no
-    light leaves them either.
+    follows by Eq. 11. Point, spot and directional lights count. Points that something lies on, or that are inside a
+    hollow object, do not count: no light leaves them either.
 
     Parameters
     ----------

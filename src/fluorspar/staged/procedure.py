@@ -141,9 +141,9 @@ def _all(p: Passes) -> SpectralImage:
         "excluded_emitter_geometry": [item.name for item in objects if item.excluded] or None,
         "timings": p.watch.relative(),
     }
-    p.kept.write(attrs)
     if done < p.repeats:
         attrs["partial"] = 1
+    p.kept.write(attrs)
     return SpectralImage.from_arrays(mean, grid, error, attrs, components=names)
 
 

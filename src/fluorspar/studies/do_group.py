@@ -130,7 +130,7 @@ def fault_of(err: BaseException) -> str:
     if isinstance(err, FluorsparError):
         return str(err)
     if isinstance(err, MemoryError):
-        return message("the memory does not suffice", got=str(err) or None)
+        return message("there is not enough memory", got=str(err) or None)
     return "".join(traceback.format_exception(err)).strip()
 
 
@@ -275,7 +275,9 @@ def _check_rendered(row: Row) -> None:
         if key.partition(".")[0] == "concentration":
             got = "until" if "until" in row.settings else "method = staged"
             fix = "leave one of the two out, or change the scene file"
-            raise OptionError(message(f"'{key}' needs light paths that are kept", got=got, fix=fix))
+            raise OptionError(
+                message(f"'{key}' changes kept light paths, and none are kept here", got=got, fix=fix)
+            )
 
 
 def _stream(row: Row, source: Scene | LightPaths) -> Path | None:

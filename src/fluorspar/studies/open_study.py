@@ -88,6 +88,6 @@ def open_study(path: str | os.PathLike[str]) -> xr.Dataset:
     except ValueError as err:
         fix = "open those of one size and grid: select rows of the index, and give their files to xarray.open_mfdataset"
         raise OptionError(
-            message("the images of the study have not one shape", where=file, got=err, fix=fix)
+            message("the images of the study differ in size or wavelengths", where=file, got=err, fix=fix)
         ) from err
     return images.assign_coords({**index.coords, "output": (DIM, index[name].values)})

@@ -129,9 +129,9 @@ def _tables_of(path: Path) -> Mapping[str, Any]:
         try:
             return tomllib.loads(read_text(path, OptionError, any_size=True))
         except tomllib.TOMLDecodeError as err:
-            raise OptionError(message("the study is no TOML", where=path, got=err)) from err
+            raise OptionError(message("the study is not valid TOML", where=path, got=err)) from err
     if path.suffix.lower() != ".csv":
-        raise OptionError(message("this kind of file is no study", where=path, expected=".toml, .csv"))
+        raise OptionError(message("this kind of file cannot be a study", where=path, expected=".toml, .csv"))
     table = read_table(path, error=OptionError, named_rows=True)
     if len(set(table.header)) < len(table.header):
         twice = next(key for key in table.header if table.header.count(key) > 1)
@@ -146,7 +146,7 @@ def _check_tables(tables: Mapping[str, Any], where: str) -> None:
             expected = ", ".join(_TABLES)
             raise OptionError(message(f"a study has no '{name}'", where=where, expected=expected, fix=fix))
         if name in ("render", "product") and not isinstance(given, Mapping):
-            raise OptionError(message("this is no table", where=f"{where}, {name}", got=repr(given)))
+            raise OptionError(message("this is not a table", where=f"{where}, {name}", got=repr(given)))
         if name == "rows" and not (
             isinstance(given, Sequence) and given and all(isinstance(row, Mapping) for row in given)
         ):
@@ -209,6 +209,6 @@ def _values(key: str, given: Any, where: str) -> list[Value]:
         expected = "a list of values, or { start = 0, stop = 1, number = 5 }"
         got = dict(given) if isinstance(given, Mapping) else repr(given)
         raise OptionError(
-            message("this is no list of values", where=f"{where}, {key}", got=got, expected=expected)
+            message("this is not a list of values", where=f"{where}, {key}", got=got, expected=expected)
         )
     return [read_value(key, value, where) for value in given]

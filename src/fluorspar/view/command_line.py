@@ -96,6 +96,8 @@ def _traced_with(source: Source) -> list[str]:
     words = ["--size", f"{settings.width}x{settings.height}", "--spp", str(settings.spp)]
     words += ["--wavelengths", f"{grid.start:g}:{grid.stop:g}:{grid.step:g}"]
     words += [] if settings.viewpoint is None else ["--camera", str(settings.viewpoint)]
+    for name, given in job.changed_lights.items():
+        words += ["--light", f"{name}={str(given).replace(' x ', 'x')}"]
     words += [word for folder in job.scene.recipe.library for word in ("--library", str(folder))]
     return words + [word for key, value in job.scene.parameters.items() for word in ("-D", f"{key}={value}")]
 

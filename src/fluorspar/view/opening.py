@@ -36,7 +36,7 @@ def opened(
     parameters : mapping of str to str, optional
         Values of the `$key` substitutions of scenes.
     **options
-        Of scenes, as in `fluorspar.trace`: `spp`, `size`, `wavelengths`, `seed`, ...
+        Of scenes, as in `fluorspar.trace`: `spp`, `size`, `wavelengths`, `camera`, `lights`, ...
 
     Raises
     ------

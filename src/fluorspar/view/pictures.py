@@ -77,7 +77,7 @@ def picture_of(kept: KeptImage, view: View, white: Array | None) -> Picture:
     if not observer_weights(kept.image.wavelengths).any():
         fix = "show a band in false colour"
         raise OptionError(
-            message("no eye sees any wavelength of this image", got=kept.image.wavelengths, fix=fix)
+            message("no wavelength of this image is visible", got=kept.image.wavelengths, fix=fix)
         )
     xyz, exposure = exposed(kept, view, white)
     shown = show(xyz, exposure)

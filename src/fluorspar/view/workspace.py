@@ -140,8 +140,8 @@ class Workspace:
                 light = illuminant(known_illuminant(view.white))
             white = white_xyz(light.on(grid, outside="hold"), grid)
         if not is_adaptable(white):
-            fix = "choose a light that is less of one colour, or no adaptation"
-            raise OptionError(message("no eye can be adapted to this white", got=f"XYZ {white}", fix=fix))
+            fix = "choose a less saturated light, or no adaptation"
+            raise OptionError(message("this white is too saturated to adapt to", got=f"XYZ {white}", fix=fix))
         return white
 
     def light(self, source: str, name: str, setting: LightSetting | None) -> Spectrum:

@@ -85,8 +85,14 @@ def changed(old: str, new: str) -> str:
         ("", ["no header", "an empty file"]),
         ("\r\n\r\n", ["no header", "an empty file"]),
         ("wavelength,reflectance\n400,0.5\n", ["no header", "2 lines"]),
-        (text(ranges="380 420 5 7 360 5"), ["not the one its header states", "380 420 10", "line 6"]),
-        (text(ranges="380 480 10 7 360 10"), ["not the one its header states", "380 480 10"]),
+        (
+            text(ranges="380 420 5 7 360 5"),
+            ["does not have the wavelengths that", "380 420 10", "line 6"],
+        ),
+        (
+            text(ranges="380 480 10 7 360 10"),
+            ["does not have the wavelengths that", "380 480 10"],
+        ),
         (changed("\t390\t400", "\t391\t400"), ["evenly spaced"]),
     ],
 )

@@ -60,7 +60,7 @@ class TestRoundTrip:
             xr.testing.assert_identical(read.dataset.load(), image.dataset)
         plain, packed = ((tmp_path / name).stat().st_size for name in ("a.nc", "b.nc"))
         assert packed < 0.8 * plain
-        with pytest.raises(OptionError, match=r"(?s)only NetCDF.*c\.exr"):
+        with pytest.raises(OptionError, match=r"(?s)only a NetCDF file.*c\.exr"):
             image.save(tmp_path / "c.exr", compress=True)
 
     def test_attributes_may_be_long(self, image, tmp_path):

@@ -82,7 +82,7 @@ class TestRoundTrip:
         assert [path.name for path in tmp_path.iterdir()] == ["a.zarr"]
 
     def test_it_takes_no_choice_of_compression(self, image, tmp_path):
-        with pytest.raises(OptionError, match="only NetCDF"):
+        with pytest.raises(OptionError, match="only a NetCDF file"):
             image.save(tmp_path / "a.zarr", compress=True)
 
 

@@ -285,7 +285,7 @@ def test_of_an_interpolated_texture_that_is_not_used_linearly_is_warned_once(pic
         for kind in ("nearest", "bilinear")
     )
     load_scene(scene_with(nearest))  # says nothing
-    with pytest.warns(ApproximationWarning, match="not linear") as warned:
+    with pytest.warns(ApproximationWarning, match="depend linearly") as warned:
         load_scene(scene_with(bilinear) | {"other": {"type": "sphere", "bsdf": bilinear}})
     assert len(warned) == 1
 

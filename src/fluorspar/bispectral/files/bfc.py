@@ -90,7 +90,7 @@ def _check_ranges(
         actual = [emission[0], emission[-1], step, count, excitation[0], excitation[1] - excitation[0]]
         if not np.allclose(stated, actual):
             expected, got = (" ".join(f"{value:g}" for value in values) for values in (stated, actual))
-            fault = "the table of a BFC file is not the one its header states"
+            fault = "the table of a BFC file does not have the wavelengths that its header states"
             fix = "the file was truncated, or its step changed; export it again"
             where = f"{path}, line {number} (emission first last step, excitation count first step)"
             raise MaterialError(message(fault, where=where, got=got, expected=expected, fix=fix))

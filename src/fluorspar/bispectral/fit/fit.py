@@ -157,7 +157,7 @@ def _check_request(measured: MeasuredMatrix, rank: int | None, support: tuple[fl
     if not (support[0] < last and support[1] > first and support[0] < support[1]):
         raise MaterialError(
             message(
-                "the wavelengths asked for have nothing of the measured reflectance",
+                "the reflectance was not measured at the wavelengths asked for",
                 where=measured.title,
                 got=f"{support[0]:g}-{support[1]:g} nm",
                 expected=f"a range that meets {first:g}-{last:g} nm",

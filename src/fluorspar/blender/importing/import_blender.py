@@ -120,7 +120,7 @@ def _checked(source: Path) -> Path:
         expected = "a .blend file, plain or compressed"
         raise SceneError(
             message(
-                "this is no file of Blender",
+                "this is not a file of Blender",
                 where=source,
                 got=f"a file that begins with {start!r}",
                 expected=expected,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from math import inf
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Comment, Element, ElementTree, indent
@@ -11,30 +10,27 @@ from xml.etree.ElementTree import Comment, Element, ElementTree, indent
 import numpy as np
 from numpy.typing import NDArray
 
-from fluorspar.bispectral.library import material as library_material
 from fluorspar.blender.importing.camera import sensor
 from fluorspar.blender.importing.elements import matrix, plugin, refer, rgb, value
+from fluorspar.blender.importing.fluorescent import PREFIX, fluorescent_bsdf
 from fluorspar.blender.importing.lights import lamp
 from fluorspar.blender.importing.listing import Listing
 from fluorspar.blender.importing.meshes import encloses, parts, write_ply
 from fluorspar.blender.importing.shaders import shading_of
 from fluorspar.blender.importing.shading import Shading, matte, two_sided
 from fluorspar.blender.importing.sockets import Sockets
+from fluorspar.blender.importing.solid_shadows import list_solid_shadows
 from fluorspar.blender.importing.textures import Textures
 from fluorspar.blender.importing.world import world_light
-from fluorspar.errors import MaterialError, SceneError, message
 
 __all__ = ["write_scene"]
 
 Said = dict[str, Any]
 Array = NDArray[np.float64]
 
-_PREFIX = "fluorspar:"
 _COPY = re.compile(r"\.\d{3}$")  # what Blender adds to a name that is there already
 _KINDS = {"HAIR": "hair", "CURVES": "hair", "VOLUME": "a volume", "POINTCLOUD": "a cloud of points"}
 _DEFAULT = "(no material)"
-_POINTED = ("point", "spot", "directional")
-_MASKS = ".//bsdf[@type='null']"
 _FLAT = 1e-6  # thickness of what is flattened, in its size
 _UNSPEAKABLE = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff\ufffe\uffff]")  # that XML cannot hold
 
@@ -108,7 +104,7 @@ class _Writer:
                 scene.append(made)
         for name, kind in said["others"]:
             listing.add(f"object '{name}'", f"is or has {_KINDS.get(kind, kind.lower())}: it is left out")
-        self.list_solid_shadows()
+        list_solid_shadows(scene, listing)
         if scene.find(".//emitter") is None:
             listing.add(
                 "the file", "has no light that Fluorspar has: the scene cannot be rendered before it gets one"
@@ -117,19 +113,6 @@ class _Writer:
             listing.add("the file", "has no surface that is rendered")
         self.save()
         return listing
-
-    def list_solid_shadows(self) -> None:
-        """Light of points and directions is looked for on straight lines, which what is transparent blocks."""
-        if not any(emitter.get("type") in _POINTED for emitter in self.scene.iter("emitter")):
-            return
-        masks = {bsdf.get("id") for bsdf in self.scene.iter("bsdf") if bsdf.find(_MASKS) is not None}
-        masks |= {bsdf.get("id") for bsdf in self.scene.iter("bsdf") if bsdf.get("type") == "mask"}
-        for name in sorted(filter(None, masks)):
-            what = "is transparent in parts: light of points, spots and suns does not pass there, shadows are whole"
-            self.listing.add(f"material '{name}'", what)
-        for shape in self.scene.findall("shape/bsdf[@type='null']/.."):
-            what = "stands in the light of points, spots and suns: it throws a shadow, which lamps of Blender do not"
-            self.listing.add(f"light '{shape.get('id')}'", what)
 
     def save(self) -> None:
         listed = "".join(f"\n  {_UNSPEAKABLE.sub('_', sentence)}" for sentence in self.listing.sentences)
@@ -159,10 +142,12 @@ class _Writer:
         else:
             shading = Shading(matte(_colour(material["colour"])))
         fluorescent = material["fluorspar"]
-        if fluorescent is None and name.startswith(_PREFIX):
+        if fluorescent is None and name.startswith(PREFIX):
             fluorescent = _COPY.sub("", name)
         if fluorescent is not None:
-            shading = Shading(self.fluorescent(str(fluorescent), material, where), emitted=shading.emitted)
+            shading = Shading(
+                fluorescent_bsdf(str(fluorescent), material["concentration"], where), emitted=shading.emitted
+            )
         elif material["concentration"] is not None:
             self.listing.add(
                 where, "has a concentration, but no name of a fluorescent material: it is left out"
@@ -176,28 +161,6 @@ class _Writer:
         if made.find(".//texture") is not None:
             self.textured.add(self.ids[key])
         self.scene.append(made)
-
-    def fluorescent(self, name: str, material: Said, where: str) -> Element:
-        name = name.removeprefix(_PREFIX).strip()
-        concentration = material["concentration"]
-        if concentration is not None and not (
-            isinstance(concentration, (int, float)) and 0 <= concentration < inf
-        ):
-            expected = "a number from 0 on, in the custom property fluorspar_concentration"
-            raise SceneError(
-                message(
-                    "the concentration of a material is wrong",
-                    where=where,
-                    got=repr(concentration),
-                    expected=expected,
-                )
-            )
-        try:
-            library_material(name)
-        except MaterialError as err:
-            raise MaterialError(f"{err}\n  asked for by {where}") from err
-        more = [] if concentration is None else [value("float", "concentration", concentration)]
-        return plugin("bsdf", "fluorescent", value("string", "material", name), *more)
 
     def reached(self, outputs: Said) -> set[int]:
         """Numbers of all nodes of a material."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fluorspar.cli import console
+from fluorspar.cli.given import material_files
 from fluorspar.cli.materials.common import (
     MaterialArgument,
     PlotOption,
@@ -16,7 +17,7 @@ from fluorspar.cli.materials.common import (
     write_columns,
     write_plot,
 )
-from fluorspar.cli.options import ExcitationOption, LibraryOption, material_files
+from fluorspar.cli.options import ExcitationOption, LibraryOption
 from fluorspar.cli.targets import check_plot
 from fluorspar.errors import OptionError, message
 from fluorspar.spectral.spectrum import SUFFIXES

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
+from fluorspar.cli.given import material_files
 from fluorspar.cli.materials.common import substrate_of, units_of, write_made
-from fluorspar.cli.options import LibraryOption, material_files
+from fluorspar.cli.options import LibraryOption
 from fluorspar.cli.targets import check_material_target
 
 __all__ = ["dye"]

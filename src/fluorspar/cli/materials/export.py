@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from fluorspar.cli import console
+from fluorspar.cli.given import material_files
 from fluorspar.cli.materials.common import MaterialArgument, PlotOption, write_plot
-from fluorspar.cli.options import LibraryOption, StokesOption, material_files
+from fluorspar.cli.options import LibraryOption, StokesOption
 from fluorspar.cli.targets import check_material_target, check_plot
 from fluorspar.errors import OptionError, message
 

@@ -120,7 +120,9 @@ def _warn_of_range(fitted: Material, measured: MeasuredMatrix, grid: Wavelengths
         return
     if grid.step > measured.step + 1e-6:
         text = f"a table by {grid.step:g} nm is coarser than the measurement, by {measured.step:g} nm"
-        warnings.warn(f"{text}: see the CIEDE2000 it costs", ApproximationWarning, stacklevel=3)
+        warnings.warn(
+            f"{text}: the report says what that costs in CIEDE2000", ApproximationWarning, stacklevel=3
+        )
     for dye in fitted.fluorophores:
         for what, spectrum in (("excitation", dye.excitation), ("emission", dye.emission)):
             lost = 1 - _within(spectrum, grid).integral() / spectrum.integral()

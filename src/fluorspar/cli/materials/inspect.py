@@ -11,8 +11,9 @@ import typer
 
 from fluorspar.bispectral.files.registry import FORMATS, SUFFIXES, find_matrix
 from fluorspar.cli import console
+from fluorspar.cli.given import material_files
 from fluorspar.cli.materials.common import PlotOption, hexadecimal, swatch, write_columns, write_plot
-from fluorspar.cli.options import LibraryOption, material_files
+from fluorspar.cli.options import LibraryOption
 from fluorspar.cli.targets import check_plot
 from fluorspar.files.writing import check_not_input, check_target
 

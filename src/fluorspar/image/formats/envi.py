@@ -89,7 +89,7 @@ def check_data_target(header: str | os.PathLike[str], size: int = 0) -> Path:
     header = Path(header)
     data = check_target(header.with_suffix(".img"), size)
     if data.exists() and not header.exists():
-        fault = "the data of the ENVI file would replace a file that is no part of it"
+        fault = "the data of the ENVI file would replace a file that does not belong to it"
         fix = "name another file, or remove that one"
         raise ImageError(message(fault, where=header, got=data, fix=fix))
     return data

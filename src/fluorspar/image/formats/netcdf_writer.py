@@ -46,7 +46,7 @@ class NetcdfWriter(ImageWriter):
         The C components.
     label : mapping, optional
         What is written, in words and digests. A writer that is killed, or whose disk is full, after more than a few
-        seconds then leaves what is finished, with a journal, to be gone on with.
+        seconds then leaves what is finished, with a journal, to be continued.
     left : Left, optional
         What to go on with, see `left_of`.
 
@@ -126,7 +126,7 @@ class NetcdfWriter(ImageWriter):
     def discard(self) -> None:
         """Give the file up; an older file of the name stays as it was.
 
-        What is in the journal is left, to be gone on with; without one nothing is.
+        What is in the journal is left, to be continued; without one nothing is.
         """
         if self._data >= 0:
             if self._journal is not None:
@@ -181,7 +181,7 @@ class NetcdfWriter(ImageWriter):
         if left.header.get("places") != self._places_as_lists():
             raise ImageError(
                 message(
-                    "what was left of an unfinished image cannot be gone on with",
+                    "the unfinished image cannot be continued",
                     where=left.path,
                     got="a file of another version of HDF5",
                     fix="render it anew, without --resume",

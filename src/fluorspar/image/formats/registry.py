@@ -96,5 +96,5 @@ def write_image(dataset: xr.Dataset, path: str | os.PathLike[str], compress: boo
     elif suffix == ".nc":
         FORMATS[suffix].write(dataset, path, compress)
     else:
-        fault = "only NetCDF has a choice of being compressed"
+        fault = "only a NetCDF file can be written with compress"
         raise OptionError(message(fault, got=path, expected="a name that ends in .nc"))

@@ -57,7 +57,7 @@ class ZarrWriter(ImageWriter):
     components : sequence of str
         The C components.
     label : mapping, optional
-        What is written, in words and digests: attribute `fingerprint` from the start, so that it can be gone on with.
+        What is written, in words and digests: attribute `fingerprint` from the start, so that it can be continued.
 
     Raises
     ------
@@ -157,7 +157,7 @@ class ZarrWriter(ImageWriter):
         self._open = False
 
     def discard(self) -> None:
-        """Give the store up: leave what is finished, to be gone on with, or nothing.
+        """Give the store up: leave what is finished, to be continued, or nothing.
 
         It is left if it is labelled, took more than a few seconds, and there was no older store of the name, which
         stays as it was.

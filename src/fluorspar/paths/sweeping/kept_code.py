@@ -120,7 +120,7 @@ def _keep(kernel: Any, kind: type[Any], what: str) -> None:
         cache = kind(kernel.py_func)
     except RuntimeError:
         _LOG.warning("compiling %s: some seconds", what)
-        text = f"there is no folder to keep compiled code in: compiling takes its seconds each time; {_FIX}"
+        text = f"there is no folder to keep compiled code in, so each start compiles for some seconds; {_FIX}"
         warnings.warn(text, FluorsparWarning, stacklevel=2)
         return
     cache.what = what

@@ -59,7 +59,7 @@ class LobeScene:
     first_of_shape : ndarray of shape (P,), uint32
         Front side of the shape whose Dr.Jit pointer is p, among all sides.
     slots : Slots
-        Of all sides; side 0 is of no shape.
+        Of all sides; side 0 is a placeholder that no shape has.
     terms : int
         Slots of a vertex.
     light_of_emitter : ndarray of shape (P,), uint32

@@ -282,7 +282,7 @@ def _turned(matrix: Any, direction: Any) -> Any:
 
 
 def _of_channel(colour: Any, channel: Any) -> Any:
-    """The component of a colour, 0 where the channel is none of its."""
+    """The value of a colour in a channel, 0 where it has no such channel."""
     out = mi.Float(0)
     for c in range(CHANNELS):
         out = dr.select(channel == c, colour[c], out)

@@ -91,7 +91,9 @@ def build_trace_scene(scene: Scene) -> TraceScene:
     pointers = [pointer_of(mi.ShapePtr(part.shape)) for part in joined]
     first_row = np.zeros(max(pointers, default=0) + 1, dtype=np.uint32)
     per_primitive = np.zeros_like(first_row)
-    rows = [np.full(2, END, dtype=np.uint32)]  # of no shape: a table is never empty
+    rows = [
+        np.full(2, END, dtype=np.uint32)
+    ]  # a placeholder that no shape has, so that the table is never empty
     for pointer, part in zip(pointers, joined, strict=True):
         first_row[pointer] = sum(map(len, rows))
         per_primitive[pointer] = 2 if len(part.surfaces) > 1 else 0

@@ -24,7 +24,7 @@ def principled(table: LobeTable, index: int, side: Side) -> None:
                     f"'{tint}' is not supported",
                     where=side.where,
                     got=props[tint],
-                    expected="0: its colour is one of red, green and blue, and not of wavelengths",
+                    expected="0, since its colour is defined for red, green and blue only",
                 )
             )
     spectral = table.spectral(index, "base_color", 0.5, side)

@@ -172,9 +172,9 @@ class LobeTable:
             return
         self._warned = True
         warnings.warn(
-            f"{where} makes of its texture what is not linear in its colours: between texels the results are "
-            "interpolated, where Mitsuba interpolates the colours, 0.04 to 0.24 % brighter for random texels "
-            "(others like it in the scene too)",
+            f"{where} does not depend linearly on the colours of its texture: between texels its reflectance is "
+            "interpolated, and not the colours as in Mitsuba, which makes random texels 0.04 to 0.24 % brighter (so "
+            "for others like it in the scene)",
             ApproximationWarning,
             stacklevel=2,
         )

@@ -73,7 +73,9 @@ class VaryingLights:
             child = _picture(self.state, index)
             if child is None:
                 raise SceneError(
-                    message(f"the {quantity} of a '{plugin}' is no picture", where=where, expected="a bitmap")
+                    message(
+                        f"the {quantity} of a '{plugin}' is not a picture", where=where, expected="a bitmap"
+                    )
                 )
             colours, texture = read_bitmap(self.state, child, f"{quantity} of light '{name}'")
             if plugin == "spot":

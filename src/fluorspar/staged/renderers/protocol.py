@@ -93,7 +93,9 @@ class LoadedScene(Protocol):
         -------
         ndarray of shape (n, B)
             NaN for a point from above which that side of that surface is not the first thing seen: something
-            lies on it there. Its patch is then judged by its other points.
+            lies on it there. So for one from which nothing but black backs is seen, in the directions of
+            `looking_around`: it is inside a hollow object, and its light reaches nothing. Its patch is then judged by
+            its other points.
         """
         ...
 

@@ -28,7 +28,7 @@ export function choice(label, options, react) {
         button.tabIndex = of === value ? 0 : -1;
       }
     },
-    /** `why`: the reason why an option cannot be had; "" if it can. */
+    /** `why`: why an option is not available; "" if it is. */
     allow(value, why) {
       const [, button] = buttons.find(([of]) => of === value);
       const title = options.find(([of]) => of === value)[2];

@@ -115,7 +115,7 @@ function lightCard(light, { store, about }) {
         ["curve", "Drawn by hand…"],
         [UPLOAD, "From a file…"],
         { group: "Files", entries: uploadsOf("light").map((file) => [{ upload: file.id }, file.name]) },
-        ...(isKnown(kind) ? [] : [[kind, spectrum.name ?? "A file of before"]]),
+        ...(isKnown(kind) ? [] : [[kind, spectrum.name ?? "An earlier file"]]),
         { group: "Library", entries: about.library.illuminants.map((each) => [{ name: each.name }, each.name]) },
       ],
       kind,

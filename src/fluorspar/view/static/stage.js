@@ -119,7 +119,7 @@ export class Stage extends EventTarget {
   /** The next click or region goes to `then` and not to the pins. */
   pick(text, then) {
     this.#picking = then;
-    this.#prompt.textContent = `${text} (Esc: not now)`;
+    this.#prompt.textContent = `${text} (Esc: cancel)`;
     this.#prompt.hidden = false;
     this.#canvas.classList.add("picks");
     this.#canvas.focus();

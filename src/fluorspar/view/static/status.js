@@ -37,7 +37,7 @@ export function statusLine(node, { store, about, stage, frames }) {
       const bar = h("progress", { max: "1", "aria-label": "Progress" });
       if (progress.all > 0) bar.value = progress.done / progress.all;
       stage.cover(h("strong", {}, `${name}: ${progressText(progress)}`), bar, h("p", {}, "The picture appears as soon as there is something to see, and refines while you look."));
-    } else stage.cover(spinner(), h("strong", {}, "Making the picture"), source.kind === "image" ? null : h("p", {}, "The first sweep of light paths compiles its code: some seconds, once."));
+    } else stage.cover(spinner(), h("strong", {}, "Making the picture"), source.kind === "image" ? null : h("p", {}, "The first image after the installation takes some seconds more, because code is compiled."));
   }
 
   stage.addEventListener("zoom", () => (zoom.textContent = `${stage.scale >= 1 ? Number(stage.scale.toFixed(1)) : stage.scale.toFixed(2)} ×`));

@@ -29,6 +29,8 @@ DYE = Material(
 )
 BOX = {"rfilter": {"type": "box"}}
 LIGHT = 2.0
+# of the light of an even sky, by what a square hides of itself that is half a side above it
+SQUARES = 0.4152529
 SCATTER = 4 * 0.3 / np.sqrt(1024)  # of the mean of 1024 light paths, each with a scatter of 0.3
 
 
@@ -113,6 +115,23 @@ def test_what_each_sample_shows_is_checked() -> None:
             loaded.rows_seen(seed=1, scale=4)
 
 
+def hollow_box(height: float = 1e-3) -> dict[str, Any]:
+    """A low box over the half of the floor where x < 0, without a bottom, black inside."""
+
+    def side(x: float, y: float, half: float, turn: float) -> Any:
+        turned = [([0, 0, 1], turn), ([1, 0, 0], 90)]
+        scale = [half, height / 2, 1]
+        return lambda T: T.translate([x, y, height / 2]).rotate(*turned[0]).rotate(*turned[1]).scale(scale)
+
+    return {
+        "top": lambda T: T.translate([-0.5, 0, height]).scale([0.5, 1, 1]),
+        "south": side(-0.5, -1, 0.5, 0),
+        "east": side(0, 0, 1, 90),
+        "north": side(-0.5, 1, 0.5, 180),
+        "west": side(-1, 0, 1, 270),
+    }
+
+
 def light_on_floor(scene: Scene, emitters: int) -> np.ndarray:
     """E on the patches of the floor, sorted, ndarray of shape (emitters**2,)."""
     renderer = MitsubaRenderer()
@@ -147,3 +166,13 @@ def test_what_lies_on_a_surface_does_not_count() -> None:
     is half covered has the light of its other half."""
     assert light_on_floor(floor_and(poster=poster(2e-6)), 1) == pytest.approx(LIGHT, rel=SCATTER)
     assert light_on_floor(floor_and(poster=poster(2e-6)), 2)[:2].tolist() == [0, 0]
+
+
+def test_what_is_inside_a_hollow_object_does_not_count() -> None:
+    """Rationale: nothing arrives on the floor inside a box without a bottom, and nothing leaves. Expected: a patch that
+    is half covered by a box has the light of its other half, which the low box hardly shades; and a floor that sees
+    the black backs of sheets in some directions only counts."""
+    assert light_on_floor(floor_and(**hollow_box()), 1) == pytest.approx(LIGHT, rel=SCATTER)
+    assert light_on_floor(floor_and(**hollow_box()), 2)[:2].tolist() == [0, 0]
+    roof = floor_and(roof=lambda T: T.translate([0, 0, 1]))
+    assert light_on_floor(roof, 1)[0] == pytest.approx(LIGHT * (1 - SQUARES), rel=2 * SCATTER)

@@ -19,6 +19,7 @@ from fluorspar.staged.emitters.patches import EmitterArray
 from fluorspar.staged.options import ALBEDO_FLOOR
 from fluorspar.staged.renderers.cycles.passes_file import read_passes
 from fluorspar.staged.renderers.cycles.plan import Frame, camera_plan, light_plans, mesh_plans
+from fluorspar.staged.renderers.looking_around import directions
 
 __all__ = ["CyclesScene"]
 
@@ -123,9 +124,13 @@ class CyclesScene:
             measured = np.fromfile(out, dtype=np.float32).reshape(-1, 4)
             os.remove(out)
             if (measured[:, 3] != 1).any():
-                missing = f"{(measured[:, 3] != 1).sum()} of {len(points)} without"
+                missing = f"{(measured[:, 3] != 1).sum()} of {len(points)} without light"
                 raise RendererError(
-                    message("Blender has not measured the light at points", got=missing, expected="all with")
+                    message(
+                        "Blender has not measured the light at points",
+                        got=missing,
+                        expected="light at all",
+                    )
                 )
             light = measured[:, :bands]
             row = (self._scene.surfaces[surface].front, self._scene.surfaces[surface].back)[back]
@@ -147,6 +152,7 @@ class CyclesScene:
             side=side,
             offset=offset / self._frame.unit,
             size=_PROBE,
+            directions=directions().tolist(),
             out=out,
         )
         self._looked, self._seen = key, np.fromfile(out, dtype=np.bool_)

@@ -20,6 +20,7 @@ from fluorspar.scene.surfaces import ABSORBS
 from fluorspar.scene.variants import usable_cores, use_variant
 from fluorspar.staged.emitters.mesh import TriangleMesh
 from fluorspar.staged.emitters.patches import EmitterArray
+from fluorspar.staged.renderers.looking_around import directions
 from fluorspar.staged.renderers.mitsuba.mesh import surface_mesh
 from fluorspar.staged.renderers.mitsuba.scene_nodes import (
     bsdf,
@@ -138,7 +139,7 @@ class _LoadedScene:
         else:
             self.light_keys = ["radiance.value"] * len(self.lights)
         self.parameters = [mi.traverse(light) for light in self.lights]
-        # of what is no surface, at the end, for -1
+        # the last row is for side -1, which is not a surface
         self.row_of_side = np.array([row for s in scene.surfaces for row in (s.front, s.back)] + [ABSORBS])
         sides = _sides_by_pointer(self.mitsuba_scene, scene, None if self.black else array)
         self.known = np.array(sorted(sides))
@@ -246,7 +247,7 @@ class _LoadedScene:
                 message(
                     "Mitsuba does not tell which surface each sample shows",
                     where="its integrator 'aov', shape_index",
-                    got="indices of no shape, or mixed ones",
+                    got="numbers that are the index of no shape",
                     expected="the index of one shape of the scene per sample",
                 )
             )
@@ -283,9 +284,30 @@ class _LoadedScene:
             behind = np.array(dr.dot(hit.n, ray.d) > 0)
             value, _, _ = integrator.sample(self.mitsuba_scene, sampler, ray)
             seen = np.array(value).T
-            seen[self.sides[shape, behind.astype(np.int64)] != 2 * surface + back] = np.nan
+            hidden = self.sides[shape, behind.astype(np.int64)] != 2 * surface + back
+            seen[hidden | self._enclosed(above, up)] = np.nan
             parts.append(seen)
         return np.concatenate(parts)[:, : albedo.shape[1]]
+
+    def _enclosed(self, places: NDArray[np.float32], up: Array) -> NDArray[np.bool_]:
+        """Whether nothing but black backs is seen from places above a surface."""
+        import drjit as dr
+        import mitsuba as mi
+
+        left = np.arange(len(places))
+        for across, aside, along in directions():
+            z = mi.Vector3f(up[left].astype(np.float32).T)
+            x, y = mi.coordinate_system(z)
+            ray = mi.Ray3f(mi.Point3f(places[left].T), across * x + aside * y + along * z)
+            hit = self.mitsuba_scene.ray_intersect(ray)
+            side = self.sides[np.array(dr.reinterpret_array(mi.UInt32, hit.shape)), 1]
+            from_behind = np.array(dr.dot(hit.n, ray.d) > 0)
+            left = left[from_behind & (side >= 0) & (self.row_of_side[side] == ABSORBS)]
+            if not len(left):
+                break
+        enclosed = np.zeros(len(places), dtype=bool)
+        enclosed[left] = True
+        return enclosed
 
 
 def _three(values: Array) -> list[float]:
@@ -296,7 +318,7 @@ def _three(values: Array) -> list[float]:
 def _sides_by_pointer(built: Any, scene: Scene, array: EmitterArray | None) -> dict[int, tuple[int, int]]:
     """What the front and the back of each shape are, by the number Dr.Jit gives the shape, 0 for none.
 
-    A side is twice the number of its surface, plus 1 for the back of it; -1 is no surface of the scene.
+    A side is twice the number of its surface, plus 1 for the back of it; -1 is not a surface of the scene.
     """
     import drjit as dr
     import mitsuba as mi

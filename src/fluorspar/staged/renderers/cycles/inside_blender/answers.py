@@ -32,9 +32,16 @@ def render(number: int, bounces: int, seed: int, scale: int, out: str, **spectra
 
 
 def look(
-    number: int, points: str, normals: str, side: int, offset: float, size: float, out: str
+    number: int,
+    points: str,
+    normals: str,
+    side: int,
+    offset: float,
+    size: float,
+    directions: list[list[float]],
+    out: str,
 ) -> dict[str, Any]:
-    seen = HELD[number].probes.look(points, normals, side, offset, size)
+    seen = HELD[number].probes.look(points, normals, side, offset, size, directions)
     with open(out, "wb") as file:
         file.write(seen)
     return {}

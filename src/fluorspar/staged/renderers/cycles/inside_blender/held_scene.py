@@ -60,7 +60,7 @@ class HeldScene:
         mesh = triangle_mesh(corners, triangles)
         if normals is not None:
             smooth(mesh, taken(normals, "f"))
-        self.probes.add_surface(corners, triangles, sides)
+        self.probes.add_surface(corners, triangles, sides, rows[1] == -1)
         thing = self.link("surface", mesh)
         # both move shadow rays off smooth surfaces, for looks
         thing.cycles.shadow_terminator_geometry_offset = thing.cycles.shadow_terminator_offset = 0

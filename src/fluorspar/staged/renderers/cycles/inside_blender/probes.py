@@ -23,6 +23,7 @@ class Probes:
     def __init__(self, scene: Any) -> None:
         self.scene = scene
         self.sides: list[list[int]] = []  # of each triangle, which sides its front and back are
+        self.black_back: list[bool] = []
         self.corners: list[Any] = []
         self.triangles: list[tuple[int, ...]] = []
         self.tree: Any = None
@@ -30,22 +31,34 @@ class Probes:
         self.points = 0
         self.image: Any = None
 
-    def add_surface(self, corners: array[float], triangles: array[int], sides: list[int]) -> None:
-        """Add what can lie below a point; `sides` are the numbers of its front and back."""
+    def add_surface(
+        self, corners: array[float], triangles: array[int], sides: list[int], black_back: bool
+    ) -> None:
+        """Add what can lie below a point or around it; `sides` are the numbers of its front and back."""
         first = len(self.corners)
         self.corners += [Vector(corners[i : i + 3]) for i in range(0, len(corners), 3)]
         self.triangles += [
             tuple(first + v for v in triangles[i : i + 3]) for i in range(0, len(triangles), 3)
         ]
         self.sides += [sides] * (len(triangles) // 3)
+        self.black_back += [black_back] * (len(triangles) // 3)
 
     def hide(self) -> None:
         """Leave the triangles out of renders."""
         if self.thing is not None:
             self.thing.hide_render = True
 
-    def look(self, points: str, normals: str, side: int, offset: float, size: float) -> bytes:
-        """Put a triangle at each point, which nothing sees; tell which points see that side below them."""
+    def look(
+        self,
+        points: str,
+        normals: str,
+        side: int,
+        offset: float,
+        size: float,
+        directions: list[list[float]],
+    ) -> bytes:
+        """Put a triangle at each point, which nothing sees; tell which points see that side below them, and see more
+        than black backs in some directions, of which the third number is along the normal."""
         if self.tree is None:
             self.tree = BVHTree.FromPolygons(self.corners, self.triangles)
         here, up = taken(points, "f"), taken(normals, "f")
@@ -59,8 +72,11 @@ class Probes:
             place = Vector(here[3 * k : 3 * k + 3]) + offset * normal
             _, front, index, _ = self.tree.ray_cast(place, -normal)
             seen[k] = index is not None and self.sides[index][front.dot(normal) < 0] == side
-            a = normal.orthogonal().normalized() * size
-            b = normal.cross(a)
+            x_axis = normal.orthogonal().normalized()
+            y_axis = normal.cross(x_axis)
+            around = (u * x_axis + v * y_axis + w * normal for u, v, w in directions)
+            seen[k] = seen[k] and not all(self._meets_black_back(place, each) for each in around)
+            a, b = x_axis * size, y_axis * size
             # the centre of the texel, (1/2, 1/2), is the point
             x, y = k % across, k // across
             for u, v in ((0.1, 0.2), (0.9, 0.2), (0.5, 0.9)):
@@ -68,6 +84,10 @@ class Probes:
                 uvs.extend(((x + u) / across, (y + v) / across))
         self._put(triangle_mesh(corners, triangles), uvs, across)
         return bytes(seen)
+
+    def _meets_black_back(self, place: Any, direction: Any) -> bool:
+        _, front, index, _ = self.tree.ray_cast(place, direction)
+        return index is not None and front.dot(direction) > 0 and self.black_back[index]
 
     def bake(self, out: str) -> None:
         """Write the light that falls on the points, over pi, rows of four."""
