@@ -122,6 +122,23 @@ def test_passes_and_samples_on_workers(client: Client, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("small_runs")
+def test_tasks_become_smaller_at_the_end(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Expected: 64 runs, the last tasks of one run each, so that no worker waits long for another."""
+    sizes: list[int] = []
+
+    def submit(do: Any, *given: Any, own: Any = client.submit, **options: Any) -> Any:
+        if do is dispatch.do_runs:
+            sizes.append(len(given[1]))
+        return own(do, *given, **options)
+
+    monkeypatch.setattr(client, "submit", submit)
+    fluorspar.render("furnace", **{**OPTIONS, "size": (128, 128)}, client=client)
+    assert sum(sizes) == 64
+    assert sizes == sorted(sizes, reverse=True)
+    assert (sizes[0], sizes[-8:]) == (8, [1] * 8)
+
+
+@pytest.mark.usefixtures("small_runs")
 @pytest.mark.parametrize("scene", ["cornell-box", "still-life"])
 def test_two_workers_trace_the_same_paths(scene: str, client: Client, tmp_path: Path) -> None:
     """Expected: a file with the same content, and the same paths in memory."""
