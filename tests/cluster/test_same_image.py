@@ -71,6 +71,25 @@ def test_a_large_run_comes_in_parts(client: Client, tmp_path: Path, monkeypatch:
     assert_same(here, there)
 
 
+@pytest.mark.usefixtures("small_runs")
+def test_of_large_results_a_worker_holds_one(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Expected: no task is begun for which two workers would have to hold more."""
+    monkeypatch.setattr(dispatch, "_TASK", 2208 * 100)
+    begun: list[Any] = []
+
+    def submit(do: Any, *given: Any, own: Any = client.submit, **options: Any) -> Any:
+        begun.extend([given] if do is dispatch.do_runs else [])
+        return own(do, *given, **options)
+
+    monkeypatch.setattr(client, "submit", submit)
+    held: list[int] = []
+    fluorspar.render(
+        "furnace", **OPTIONS, client=client, progress=lambda now, _: held.append(len(begun) - now // 256)
+    )
+    assert len(begun) == 6
+    assert max(held) <= 2
+
+
 def test_workers_forget_the_results(client: Client) -> None:
     fluorspar.render("furnace", **OPTIONS, client=client)
     until = time.monotonic() + 10
