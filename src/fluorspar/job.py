@@ -18,7 +18,7 @@ from fluorspar.errors import OptionError, SpectrumError, message
 from fluorspar.image.stated import METHODS
 from fluorspar.scene.camera import seen_from
 from fluorspar.scene.loading import load_scene
-from fluorspar.scene.relit import LightSetting, in_words, relit
+from fluorspar.scene.relit import LightSetting, lights_in_words, relit
 from fluorspar.scene.sample_sets import error_freedom
 from fluorspar.scene.scene import Scene
 from fluorspar.scene.settings import whole
@@ -186,9 +186,7 @@ class RenderJob:
         if camera is not None:
             scene = seen_from(scene, camera)
         scene = relit(scene, lights=lights, same_luminance=same_luminance)
-        alike = " (same luminance)" if same_luminance else ""
-        said = {key: f"{in_words(given)}{alike}" for key, given in (lights or {}).items()}
-        return cls(scene, grid, changed_lights=said, **others)
+        return cls(scene, grid, changed_lights=lights_in_words(lights, same_luminance), **others)
 
     @cached_property
     def computed_grid(self) -> Wavelengths:

@@ -87,6 +87,12 @@ class TestTrace:
         with SpectralImage.open("whole.nc") as whole:
             np.testing.assert_array_equal(image.total()[:4], whole.total()[:4])
         assert np.isnan(image.total()[4:]).all()
+        done = fluorspar("relight", "box.paths", "-o", "a.nc")
+        assert done.code == 2
+        assert done.says("box.paths holds the paths of 32 of 64 pixels, the others are NaN", "--resume")
+        assert same("a.nc", image)
+        stop_at(16, monkeypatch)
+        assert fluorspar("relight", "box.paths", "-o", "b.nc").code == 130
 
 
 class TestRelight:

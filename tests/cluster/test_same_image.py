@@ -71,6 +71,25 @@ def test_a_large_run_comes_in_parts(client: Client, tmp_path: Path, monkeypatch:
     assert_same(here, there)
 
 
+@pytest.mark.usefixtures("small_runs")
+def test_of_large_results_a_worker_holds_one(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Expected: no task is begun for which two workers would have to hold more."""
+    monkeypatch.setattr(dispatch, "_TASK", 2208 * 100)
+    begun: list[Any] = []
+
+    def submit(do: Any, *given: Any, own: Any = client.submit, **options: Any) -> Any:
+        begun.extend([given] if do is dispatch.do_runs else [])
+        return own(do, *given, **options)
+
+    monkeypatch.setattr(client, "submit", submit)
+    held: list[int] = []
+    fluorspar.render(
+        "furnace", **OPTIONS, client=client, progress=lambda now, _: held.append(len(begun) - now // 256)
+    )
+    assert len(begun) == 6
+    assert max(held) <= 2
+
+
 def test_workers_forget_the_results(client: Client) -> None:
     fluorspar.render("furnace", **OPTIONS, client=client)
     until = time.monotonic() + 10
@@ -119,6 +138,23 @@ def test_passes_and_samples_on_workers(client: Client, tmp_path: Path) -> None:
         for file, workers in ((here, None), (there, client))
     ]
     assert_same(*images)
+
+
+@pytest.mark.usefixtures("small_runs")
+def test_tasks_become_smaller_at_the_end(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Expected: 64 runs, the last tasks of one run each, so that no worker waits long for another."""
+    sizes: list[int] = []
+
+    def submit(do: Any, *given: Any, own: Any = client.submit, **options: Any) -> Any:
+        if do is dispatch.do_runs:
+            sizes.append(len(given[1]))
+        return own(do, *given, **options)
+
+    monkeypatch.setattr(client, "submit", submit)
+    fluorspar.render("furnace", **{**OPTIONS, "size": (128, 128)}, client=client)
+    assert sum(sizes) == 64
+    assert sizes == sorted(sizes, reverse=True)
+    assert (sizes[0], sizes[-8:]) == (8, [1] * 8)
 
 
 @pytest.mark.usefixtures("small_runs")

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from fluorspar.errors import ImageError
-from fluorspar.files.writing import Temporary, check_target, replacing
+from fluorspar.files.beside import Temporary
+from fluorspar.files.writing import check_target, replacing
 
 
 def write(path: Path, text: str = "new") -> None:

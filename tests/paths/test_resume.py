@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,8 +23,9 @@ import xarray as xr
 import fluorspar
 from fluorspar.errors import FluorsparWarning, ImageError, OptionError
 from fluorspar.files import run_journal
-from fluorspar.files.writing import Temporary
+from fluorspar.files.beside import Temporary
 from fluorspar.image.converted import converted
+from fluorspar.image.formats import zarr_writer
 from fluorspar.image.formats.netcdf_writer import NetcdfWriter
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
@@ -83,6 +84,10 @@ def fail() -> None:
     raise ZeroDivisionError
 
 
+def full_disk(*_: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
 def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
@@ -138,6 +143,47 @@ class TestImages:
         with SpectralImage.open(path) as image:
             xr.testing.assert_equal(image.dataset.load(), whole)
         assert names(tmp_path) == ["a.zarr"]
+
+    @pytest.mark.parametrize("end", [fail, interrupt])
+    def test_a_store_is_gone_on_with_in_its_place(self, tmp_path, whole, end):
+        """Expected: nothing is copied, and another end keeps what was added."""
+        pytest.importorskip("zarr")
+        path = tmp_path / "a.zarr"
+        leave_unfinished(path)
+        (path / "radiance" / "c" / "0.0123abcd.partial").write_text("torn")
+        folder = path.stat().st_ino
+        error, told = (
+            (ZeroDivisionError, nullcontext()) if end is fail else (None, pytest.warns(FluorsparWarning))
+        )
+        with told, pytest.raises(error) if error else nullcontext():
+            render(path, resume=True, progress=after(2, end))
+        assert names(tmp_path) == ["a.zarr"]
+        with SpectralImage.open(path) as image:
+            assert image.attrs["partial"] == 1
+            assert np.isfinite(image.dataset.radiance.values[0, ..., 0]).sum() == 300
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(zarr_writer, "put", full_disk)
+            with pytest.raises(ImageError, match=r"(?s)the disk is full.*go on with what is finished"):
+                render(path, resume=True)
+        traced: list[int] = []
+        render(path, resume=True, progress=lambda done, pixels: traced.append(done))
+        assert traced[0] == 360
+        with SpectralImage.open(path) as image:
+            xr.testing.assert_equal(image.dataset.load(), whole)
+            assert "partial" not in image.attrs
+        assert path.stat().st_ino == folder
+        assert not list(path.rglob("*.partial"))
+
+    def test_a_store_of_something_else_is_not_gone_on_with(self, tmp_path):
+        pytest.importorskip("zarr")
+        path = tmp_path / "a.zarr"
+        leave_unfinished(path)
+        with pytest.raises(OptionError, match=r"(?s)of another render.*seed"):
+            render(path, resume=True, seed=7)
+        leave = path.stat().st_ino
+        with pytest.raises(ZeroDivisionError):
+            render(path, seed=7, progress=after(1, fail))
+        assert path.stat().st_ino == leave
 
     def test_after_a_full_disk(self, tmp_path, whole, monkeypatch):
         path, put, calls = tmp_path / "a.nc", NetcdfWriter._put, iter(range(1000))
@@ -474,7 +520,7 @@ made("cornell-box", size=(32, 32), spp=32, wavelengths="400:700:50", variant="ll
 """
 
 
-@pytest.mark.parametrize("suffix", [".nc", ".paths"])
+@pytest.mark.parametrize("suffix", [".nc", ".zarr", ".paths"])
 def test_killed_at_any_moment(tmp_path, suffix):
     """kill -9 again and again, and at the end the file of a process that was left alone."""
 
@@ -499,8 +545,10 @@ def test_killed_at_any_moment(tmp_path, suffix):
         process.wait()
     assert begin(path).wait() == 0
     assert names(path.parent) == [path.name]
-    if suffix == ".nc":
-        xr.testing.assert_equal(xr.load_dataset(path), xr.load_dataset(alone))
+    if suffix != ".paths":
+        xr.testing.assert_equal(
+            SpectralImage.open(path).load().dataset, SpectralImage.open(alone).load().dataset
+        )
     else:
         images = [fluorspar.load_paths(each).image().dataset for each in (path, alone)]
         xr.testing.assert_equal(*images)

@@ -102,6 +102,15 @@ class TestImages:
         with SpectralImage.open("2-1.nc") as image:
             assert image.attrs["relit"] == {"lights": {"light": 2.0}, "concentration": {"left-wall": 1.0}}
 
+    def test_lights_are_stated_in_one_way(self) -> None:
+        """Expected: by images of light paths as by those that are rendered."""
+        rows = [{}, {"until": "error=90%"}]
+        batch({"render": QUICK | {"light.light": "D50x0.5"}, "rows": rows, "output": "{number}.nc"})
+        for number, is_relit in ((1, True), (2, False)):
+            with SpectralImage.open(f"{number}.nc") as image:
+                assert image.attrs["lights"] == {"light": "D50 x 0.5"}
+                assert ("relit" in image.attrs) is is_relit
+
     def test_nothing_changed_is_the_render_bit_for_bit(self) -> None:
         """Although its light paths serve another row too."""
         batch({"render": QUICK, "rows": [{}, {"light.light": "A"}], "output": "{number}.nc"})
@@ -146,15 +155,17 @@ class TestImages:
         assert statuses(batch("../warm.toml")) == ["done"]
         assert (folder / "a" / "b.nc").exists()
 
+    @pytest.mark.parametrize("denoise", [False, True])
     @pytest.mark.parametrize("traced", [True, False])
     def test_large_ones_are_kept_in_files(
-        self, traced: bool, monkeypatch: pytest.MonkeyPatch, folder: Path
+        self, traced: bool, denoise: bool, monkeypatch: pytest.MonkeyPatch, folder: Path
     ) -> None:
-        """Light paths in a file, which goes, and images streamed; the same bit for bit."""
+        """Light paths in a file, which goes, and images streamed, if not to their own file; the same bit for bit."""
         rows = [{"light.light": "A"}, {"light.light": "D65"}] if traced else [{}]
-        study = {"render": QUICK, "rows": rows}
+        study = {"render": QUICK | {"denoise": denoise}, "rows": rows}
         batch(study, output="small-{number}.nc")
-        monkeypatch.setattr("fluorspar.studies.do_group.available_memory", lambda: 1000)
+        monkeypatch.setattr("fluorspar.files.memory.available_memory", lambda: 1000)
+        monkeypatch.setattr("fluorspar.image.pixels.PixelsInMemory.room", None)
         index = batch(study, output=["large-{number}.nc", "large-{number}.png"])
         assert statuses(index) == ["done"] * len(rows), index["fault"].values
         np.testing.assert_array_equal(radiance("small-1.nc"), radiance("large-1.nc"))
@@ -405,9 +416,8 @@ def test_killed(traced: bool, folder: Path) -> None:
     study = {"render": QUICK, "product": product, "output": "{number}.nc"}
     code = f"""
 import os, fluorspar
-from fluorspar.studies import do_group
-from fluorspar.files import writing
-do_group.available_memory = lambda: 1000 if {traced} else 2**40
+from fluorspar.files import memory, writing
+memory.available_memory = lambda: 1000 if {traced} else 2**40
 replace, count = os.replace, 0
 def deadly(*names):
     global count

@@ -162,7 +162,7 @@ def test_an_index_is_written_though_the_scheduler_is_lost(tmp_path: Path) -> Non
     """While the client still is the default one, from which a writer of NetCDF would ask a lock."""
     (tmp_path / "study.toml").write_text('output = "{seed}.nc"\n[render]\nscene = "furnace"\nseed = 1')
     study = read_study(tmp_path / "study.toml")
-    with scheduler_and_worker(tmp_path) as (client, scheduler):
+    with scheduler_and_worker(tmp_path) as (_, scheduler):
         os.kill(scheduler, signal.SIGKILL)
         write_index(study, index_of(study, [Result(1, "done")]))
     with xr.open_dataset(tmp_path / "study-index.nc") as index:

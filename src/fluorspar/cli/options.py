@@ -123,8 +123,7 @@ DenoiseOption: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--denoise",
-        help="Denoise the image; it must fit into memory. Needs 'pip install \"fluorspar[denoise]\"'; see "
-        "'fluorspar denoise'.",
+        help="Denoise the image. Needs 'pip install \"fluorspar[denoise]\"'; see 'fluorspar denoise'.",
     ),
 ]
 

@@ -7,9 +7,9 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from fluorspar.cli import console
-from fluorspar.cli.targets import stream_target
 from fluorspar.files.names import text_of
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.streaming import stream_target
 from fluorspar.image.units import is_radiance
 
 __all__ = ["print_timings", "say_written", "warn_of_envi", "write_image", "write_outputs", "writing"]

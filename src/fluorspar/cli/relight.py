@@ -85,8 +85,11 @@ def relight(
     """Compute an image of kept light paths, with other lights, materials or wavelengths; nothing is traced again."""
     from fluorspar.cli.given import scene_named
     from fluorspar.cli.outputs import write_outputs
-    from fluorspar.cli.targets import check_images, stream_target
+    from fluorspar.cli.targets import check_images
     from fluorspar.extras import check_extra
+    from fluorspar.files.names import text_of
+    from fluorspar.image.streaming import stream_target, streamed_to
+    from fluorspar.job import read_grid
     from fluorspar.measuring.image_scene import scene_of
     from fluorspar.paths.light_paths import load_paths
     from fluorspar.scene.relit import relit
@@ -105,24 +108,45 @@ def relight(
         "same_luminance": same_luminance,
         "library": library or [],
     }
-    with console.progress_bar(f"relighting {paths.name}") as progress:
-        image = kept.image(
-            **changes,
-            wavelengths=wavelengths,
-            excitation=excitation,
-            stokes=cast(Stokes, stokes),
-            component_errors=component_errors,
-            threads=threads,
-            output=None if denoise else stream_target(output),
-            progress=progress,
+    traced, finished = kept.job.scene.settings, 0
+    pixels = traced.width * traced.height
+    if kept.pixels < pixels:
+        console.warning(
+            f"{text_of(paths)} holds the paths of {kept.pixels} of {pixels} pixels, the others are NaN: "
+            "'fluorspar trace' goes on with it (--resume)"
         )
-    if denoise:
-        shown = scene_of(kept.job.attrs, scene_named(scene, define))
-        image = image.denoised(scene=shown and relit(shown, **changes), threads=threads)
-        console.out.print(f"denoised: {image.attrs['denoised']}", markup=False, highlight=False)
-    write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
-    if image.attrs.get("partial"):
+    with streamed_to(
+        None if denoise else stream_target(output),
+        (traced.width, traced.height),
+        len(kept.job.grid if wavelengths is None else read_grid(wavelengths)),
+        component_errors=component_errors,
+    ) as streamed:
+        with console.progress_bar(f"relighting {paths.name}") as progress:
+
+            def report(done: int, whole: int) -> None:
+                nonlocal finished
+                finished = done
+                progress(done, whole)
+
+            image = kept.image(
+                **changes,
+                wavelengths=wavelengths,
+                excitation=excitation,
+                stokes=cast(Stokes, stokes),
+                component_errors=component_errors,
+                threads=threads,
+                output=streamed,
+                progress=report,
+            )
+        if denoise:
+            shown = scene_of(kept.job.attrs, scene_named(scene, define))
+            image = image.denoised(scene=shown and relit(shown, **changes), threads=threads)
+            console.out.print(f"denoised: {image.attrs['denoised']}", markup=False, highlight=False)
+        write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
+    if finished < kept.pixels:
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
+    if kept.pixels < pixels:
+        raise typer.Exit(2)
 
 
 relight.__doc__ = f"{relight.__doc__}\n\n{_EXAMPLES}"

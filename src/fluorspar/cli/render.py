@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, cast
 
@@ -203,8 +204,10 @@ def render(
 ) -> None:
     """Render a scene into a spectral image, split into components."""
     from fluorspar.cli.outputs import write_outputs
-    from fluorspar.cli.targets import check_images, stream_target
+    from fluorspar.cli.targets import check_images
     from fluorspar.extras import check_extra
+    from fluorspar.image.streaming import stream_target, streamed_to
+    from fluorspar.job import read_grid
     from fluorspar.rendering import render as render_scene
 
     options = staged_options(
@@ -224,7 +227,6 @@ def render(
     shown_with = exposure_of(exposure, output, pictures)
     if denoise:
         check_extra("denoise")
-    streamed = None if denoise else stream_target(output)
     if denoise and (resume or more_samples):
         what = "--resume" if resume else "--more-samples"
         fix = "render without --denoise, then 'fluorspar denoise'"
@@ -234,43 +236,50 @@ def render(
     )
     if until is not None:
         logging.getLogger("fluorspar.paths.passes").setLevel(logging.INFO)  # a line for each pass
+    target = None if denoise else stream_target(output)
+    shape = size_of(size) or (loaded.settings.width, loaded.settings.height), len(read_grid(wavelengths))
     with (
-        client_for(scheduler, workers, threads) as client,
-        console.progress_bar(f"rendering {scene}") as progress,
-    ):
-        image = render_scene(
-            loaded,
-            spp=spp,
-            seed=seed,
-            size=size_of(size),
-            wavelengths=wavelengths,
-            excitation=excitation,
-            camera=camera,
-            lights=lights,
-            same_luminance=same_luminance,
-            method=method,
-            max_depth=max_depth,
-            rr_depth=rr_depth,
-            stokes=cast(Stokes, stokes),
-            component_errors=component_errors,
-            until=until,
-            max_time=max_time,
-            variant=variant,
-            threads=threads,
-            output=streamed,
-            resume=resume,
-            more_samples=more_samples,
-            progress=progress,
-            staged=options,
-            renderer=chosen_renderer(renderer, blender),
-            client=client,
-        )
-    _LOG.info("rendered")
-    if denoise:
-        image = image.denoised(scene=loaded, threads=threads)
-        _LOG.info("denoised")
-    write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
-    _LOG.info("written")
+        nullcontext(target)
+        if resume or more_samples
+        else streamed_to(target, *shape, component_errors=component_errors)
+    ) as streamed:
+        with (
+            client_for(scheduler, workers, threads) as client,
+            console.progress_bar(f"rendering {scene}") as progress,
+        ):
+            image = render_scene(
+                loaded,
+                spp=spp,
+                seed=seed,
+                size=size_of(size),
+                wavelengths=wavelengths,
+                excitation=excitation,
+                camera=camera,
+                lights=lights,
+                same_luminance=same_luminance,
+                method=method,
+                max_depth=max_depth,
+                rr_depth=rr_depth,
+                stokes=cast(Stokes, stokes),
+                component_errors=component_errors,
+                until=until,
+                max_time=max_time,
+                variant=variant,
+                threads=threads,
+                output=streamed,
+                resume=resume,
+                more_samples=more_samples,
+                progress=progress,
+                staged=options,
+                renderer=chosen_renderer(renderer, blender),
+                client=client,
+            )
+        _LOG.info("rendered")
+        if denoise:
+            image = image.denoised(scene=loaded, threads=threads)
+            _LOG.info("denoised")
+        write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
+        _LOG.info("written")
     if keep_intermediate is not None:
         _draw_emitters(keep_intermediate)
     if timings:

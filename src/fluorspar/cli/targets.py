@@ -21,7 +21,6 @@ __all__ = [
     "check_pictures",
     "check_plot",
     "check_suffix",
-    "stream_target",
 ]
 
 
@@ -108,11 +107,6 @@ def check_pictures(folder: Path | None) -> None:
             raise OptionError(
                 message("the pictures need a folder", where="--pictures", got=f"{there}, a file")
             )
-
-
-def stream_target(outputs: Sequence[Path]) -> Path | None:
-    """Choose the file that the image is streamed to while it is rendered, if one is NetCDF or Zarr."""
-    return next((path for path in outputs if path.suffix.lower() in (".nc", ".zarr")), None)
 
 
 def check_plot(path: Path | None) -> None:

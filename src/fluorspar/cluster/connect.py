@@ -18,6 +18,13 @@ if TYPE_CHECKING:
 __all__ = ["check_connection", "connected", "connection", "dashboard_of"]
 
 _LOOPBACK = "127.0.0.1"
+# Dask looks at each of its processes 50 to 100 times a second. Where processors are shared by client, scheduler and
+# workers, that costs a twentieth of one.
+_SELDOM = {
+    "distributed.admin.tick.interval": "1s",
+    "distributed.worker.profile.enabled": False,
+    "distributed.worker.memory.monitor-interval": "1s",
+}
 
 
 @contextmanager
@@ -66,12 +73,14 @@ def connected(
     if workers is not None and workers < 1:
         raise OptionError(message("the number of workers is out of range", got=workers, expected="1 or more"))
     check_extra("cluster")
+    import dask
     from distributed import Client, LocalCluster
 
     # Dask logs each lost connection with a traceback; what matters of that is in our errors.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
         if workers is not None:
+            stack.enter_context(dask.config.set(_SELDOM))
             cluster = stack.enter_context(
                 LocalCluster(
                     n_workers=workers,

@@ -26,12 +26,14 @@ if TYPE_CHECKING:
 
 __all__ = ["rendered_runs", "traced_runs"]
 
-# A task is more than one run where there are many: the scheduler has less to do.
+# A task is more than one run while many are left: the scheduler has less to do.
 _RUNS = 8
 _TASK = 64 * 2**20  # bytes that come back at once
-_SHARES = 16  # tasks of each worker at least, so that none waits long for the last
+_SHARES = 4  # tasks of each worker that what is left is enough for, so that none waits long for the last
 _BEGUN = 3  # tasks of each worker, of which one is being done: the others are there when it is
-_BEGUN_LARGE = 2  # tasks of more than `_TASK`, whose results wait in the worker
+_BEGUN_LARGE = (
+    1  # tasks of more than `_TASK`, whose results wait in the worker: the client is slower than it is
+)
 _LOOK = 5.0  # seconds after which new workers are looked for
 _TRIES = 2
 _PATH = 60  # bytes of packed light paths, at the most of what was seen
@@ -131,9 +133,9 @@ class _Work:
         self._bring_job(self._workers.fit)
         size = max((count for _, count in runs), default=1) * bytes_of_pixel
         self._most = _BEGUN if size <= _TASK else _BEGUN_LARGE
-        shares = _SHARES * max(1, len(self._workers.fit))
-        per_task = max(1, min(_RUNS, _TASK // size, len(runs) // shares))
-        self._waiting = deque([*runs[i : i + per_task]] for i in range(0, len(runs), per_task))
+        self._most_runs = max(1, min(_RUNS, _TASK // size))
+        self._fresh = deque(runs)
+        self._again: deque[list[Run]] = deque()
 
     def finished(self) -> Iterator[tuple[Future, list[Run]]]:
         """Go through the tasks that are finished, or have failed, until there is nothing left to do.
@@ -143,7 +145,7 @@ class _Work:
         ClusterError, Exception
             If runs have failed again and again.
         """
-        while self._waiting or self._begun:
+        while self._fresh or self._again or self._begun:
             if time.monotonic() - self._looked > _LOOK:
                 self._look()
             self._begin()
@@ -163,7 +165,7 @@ class _Work:
         try:
             yield
         except _Refused:
-            self._waiting.extendleft([run] for run in runs)
+            self._again.extend([run] for run in runs)
         except Exception as err:
             self._failed(runs, err)
         else:
@@ -201,8 +203,8 @@ class _Work:
         """Give the workers as much as they should have."""
         fit = self._workers.fit
         with connection(self._client):
-            while fit and self._waiting and len(self._begun) < self._most * len(fit):
-                runs = self._waiting.popleft()
+            while fit and (self._fresh or self._again) and len(self._begun) < self._most * len(fit):
+                runs = self._next()
                 self._number += 1
                 future = self._client.submit(
                     do_runs,
@@ -216,6 +218,13 @@ class _Work:
                 self._begun[future.key] = future, runs, self._workers.only
                 future.add_done_callback(self._finished.put)
 
+    def _next(self) -> list[Run]:
+        """What the next task is: what is to be done again, or as many runs as leave enough for all workers."""
+        if self._again:
+            return self._again.popleft()
+        share = len(self._fresh) // (_SHARES * len(self._workers.fit))
+        return [self._fresh.popleft() for _ in range(max(1, min(self._most_runs, share)))]
+
     def _failed(self, runs: list[Run], err: Exception) -> None:
         check_connection(self._client)
         if isinstance(err, ClusterError):
@@ -224,7 +233,7 @@ class _Work:
             failures = self._failures.setdefault(run, [])
             failures.append(err)
             if len(failures) < _TRIES:
-                self._waiting.appendleft([run])
+                self._again.append([run])
         hopeless = sum(len(failures) == _TRIES for failures in self._failures.values())
         if not self._succeeded and hopeless > _BEGUN * len(self._workers.fit):
             self._check()
@@ -252,7 +261,7 @@ class _Work:
             if only is not None and not self._workers.fit.intersection(only):
                 del self._begun[key]
                 self._client.cancel([future])
-                self._waiting.appendleft(runs)
+                self._again.append(runs)
 
     def _bring_job(self, workers: frozenset[str]) -> None:
         """Let workers have the job beforehand."""

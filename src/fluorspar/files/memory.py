@@ -8,7 +8,9 @@ from pathlib import Path
 
 from fluorspar.errors import ImageError, message
 
-__all__ = ["available_memory", "check_memory"]
+__all__ = ["available_memory", "check_memory", "is_large"]
+
+_SHARE = 4  # of the memory that is free: what is larger is better kept in a file
 
 
 def available_memory() -> int:
@@ -29,6 +31,17 @@ def available_memory() -> int:
         taken = int((folder / "memory.current").read_text("ascii"))
         free.append(max(int((folder / "memory.max").read_text("ascii")) - taken, 2**20))
     return min(free)
+
+
+def is_large(needed: int) -> bool:
+    """Whether so many bytes are more than a quarter of what is free.
+
+    Examples
+    --------
+    >>> is_large(2**10), is_large(2**60)
+    (False, True)
+    """
+    return needed > available_memory() // _SHARE
 
 
 def check_memory(needed: int, where: object, what: str) -> None:

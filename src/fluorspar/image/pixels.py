@@ -274,6 +274,8 @@ class PixelsInFile:
     component_errors : bool
     label, left : optional
         See `NetcdfWriter`.
+    resume : bool
+        See `ZarrWriter`.
 
     Raises
     ------
@@ -292,17 +294,18 @@ class PixelsInFile:
         component_errors: bool,
         label: Mapping[str, str] | None = None,
         left: Left | None = None,
+        resume: bool = False,
     ) -> None:
         check_streamed(path)
         options: Any = {"component_errors": component_errors, "label": label}
         self._writer: NetcdfWriter | ZarrWriter
         if Path(path).suffix.lower() == ".zarr":
-            self._writer = ZarrWriter(path, grid, height, width, **options)
+            self._writer = ZarrWriter(path, grid, height, width, **options, resume=resume)
         else:
             self._writer = NetcdfWriter(path, grid, height, width, **options, left=left)
         self._bands, self._component_errors = len(grid), component_errors
         self._buffer = Pixels.empty(0, self._bands, component_errors)
-        self._finished = FinishedPixels(grid, width, dark=left is None)
+        self._finished = FinishedPixels(grid, width, dark=self._writer.finished_pixels == 0)
 
     def __enter__(self) -> PixelsInFile:
         self._writer.__enter__()

@@ -42,7 +42,8 @@ _Choice = str | Iterable[str] | None
 class SpectralImage:
     """The radiance of every pixel at every wavelength, split into components.
 
-    An image opened from a NetCDF file or a Zarr store stays there; methods read the rows and components they need.
+    An image opened from a NetCDF file, a Zarr store or a large ENVI file stays there; methods read the rows and
+    components they need.
 
     Parameters
     ----------
@@ -122,6 +123,7 @@ class SpectralImage:
     ) -> SpectralImage:
         """Open an image: NetCDF (`.nc`) or Zarr (`.zarr`), read when used, spectral EXR (`.exr`) or ENVI (`.hdr`).
 
+        An ENVI file of more than 1 GiB is read when used, too; an EXR file must fit into memory.
         EXR files of other programs and ENVI files hold an image that is not split: its one component is `total`.
 
         Parameters

@@ -28,7 +28,15 @@ from fluorspar.paths.render import render_chunks
 from fluorspar.paths.sweeping.gpu import chunk_on_gpu, sweeps_on_gpu
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.lights import Light
-from fluorspar.scene.relit import LightSetting, MaterialSetting, exchangeable, in_words, light_ids, relit
+from fluorspar.scene.relit import (
+    LightSetting,
+    MaterialSetting,
+    exchangeable,
+    in_words,
+    light_ids,
+    lights_in_words,
+    relit,
+)
 from fluorspar.scene.settings import whole
 from fluorspar.scene.variants import usable_cores
 from fluorspar.spectral.wavelengths import Wavelengths
@@ -149,7 +157,8 @@ class LightPaths:
         SpectralImage
             Without arguments the image of `fluorspar.render`, bit for bit. With other lights and materials unbiased:
             roulette has followed the old ones, as have shadow rays among more than four lights, and their chances are
-            part of the paths. Attribute `relit` says what was changed.
+            part of the paths. Attribute `relit` says what was changed, and `lights`, as of `fluorspar.render`, what
+            the lights are.
 
         Raises
         ------
@@ -198,6 +207,7 @@ class LightPaths:
             self.job,
             scene=scene,
             relit=said,
+            changed_lights=lights_in_words(lights, same_luminance, self.job.changed_lights),
             grid=self.job.grid if wavelengths is None else read_grid(wavelengths),
             stokes=self.job.stokes if stokes is None else stokes,
             excitation=self.job.excitation if excitation is None else excitation,

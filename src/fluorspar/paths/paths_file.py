@@ -18,10 +18,11 @@ from typing import Any
 import numpy as np
 
 from fluorspar.errors import FluorsparError, PathsError, SceneError, message
+from fluorspar.files.beside import Temporary
 from fluorspar.files.journal import Journal, read_journal
 from fluorspar.files.patient_file import PatientFile
 from fluorspar.files.run_journal import SYNC_EVERY
-from fluorspar.files.writing import Temporary, check_target, write_error
+from fluorspar.files.writing import check_target, write_error
 from fluorspar.job import RenderJob
 from fluorspar.paths.numbering import count_rows
 from fluorspar.paths.packed import ARRAYS, PackedChunk

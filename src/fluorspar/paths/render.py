@@ -193,7 +193,7 @@ def new_target(
         left = earlier_left(label, output)
     elif label is not None:
         say_unfinished(label, output)
-    return PixelsInFile(output, *shape, label, left)
+    return PixelsInFile(output, *shape, label, left, resume)
 
 
 def fill(

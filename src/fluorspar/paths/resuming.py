@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
+from fluorspar.files.beside import check_alone, remove_unfinished, unfinished
 from fluorspar.files.journal import read_journal
 from fluorspar.files.run_journal import Left, Run, read_left
-from fluorspar.files.writing import check_alone, remove_unfinished, unfinished
 from fluorspar.fingerprint import differences
 from fluorspar.image.combining import pixels_of
 from fluorspar.image.components import COMPONENTS

@@ -10,7 +10,7 @@ from contextlib import closing
 from typing import Any, Protocol
 
 from fluorspar.errors import FluorsparWarning, OptionError, message
-from fluorspar.files.writing import remove_unfinished
+from fluorspar.files.beside import remove_unfinished
 from fluorspar.fingerprint import fingerprint
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import Run, runs_of, trace_chunks

@@ -31,7 +31,15 @@ from fluorspar.spectral.light import sampled_or_averaged
 from fluorspar.spectral.spectrum import Spectrum
 from fluorspar.spectral.wavelengths import Wavelengths
 
-__all__ = ["LightSetting", "MaterialSetting", "exchangeable", "in_words", "light_ids", "relit"]
+__all__ = [
+    "LightSetting",
+    "MaterialSetting",
+    "exchangeable",
+    "in_words",
+    "light_ids",
+    "lights_in_words",
+    "relit",
+]
 
 LightSetting: TypeAlias = str | os.PathLike[str] | Spectrum | float | tuple[Any, float]
 """What a light may be given: a name or file, a spectrum, a factor, or one of the first two and a factor."""
@@ -391,6 +399,26 @@ def _known(key: str, rows: Mapping[str, int], what: str) -> int:
 
 def _listed(ids: Any) -> str:
     return ", ".join(dict.fromkeys(name for names in ids for name in names[-1:])) or "(they have no ids)"
+
+
+def lights_in_words(
+    lights: Mapping[str, LightSetting] | None, same_luminance: bool, before: Mapping[str, str] | None = None
+) -> dict[str, str]:
+    """What lights were changed to, for the attribute `lights` of an image: now, and before.
+
+    Examples
+    --------
+    >>> lights_in_words({"lamp": 0.5, "sky": "D50"}, False, {"lamp": "A"})
+    {'lamp': 'A x 0.5', 'sky': 'D50'}
+    """
+    said = dict(before or {})
+    for key, given in (lights or {}).items():
+        words = in_words(given)
+        if isinstance(words, int | float) and key in said:
+            said[key] = f"{said[key]} x {words}"
+        else:
+            said[key] = f"{words}{' (same luminance)' if same_luminance else ''}"
+    return said
 
 
 def in_words(given: Any) -> Any:

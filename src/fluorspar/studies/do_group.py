@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
-from fluorspar.files.memory import available_memory
-from fluorspar.image.components import COMPONENTS
+from fluorspar.files.memory import is_large
 from fluorspar.image.formats.netcdf_layout import write_attrs
 from fluorspar.image.opening import replace_attrs
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.streaming import bytes_of_image, stream_target, streamed_to
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.paths.light_paths import LightPaths
 from fluorspar.paths.trace import trace_job
@@ -53,7 +53,6 @@ _OF_JOB = (
 )
 _OF_IMAGE = ("wavelengths", "stokes", "excitation", "component_errors")
 _SAMPLE = 60  # bytes of light paths, at the most of what was seen
-_SHARE = 4  # of the memory that is free: what is larger is kept in a file
 
 
 @dataclass(frozen=True)
@@ -161,13 +160,13 @@ def _source(group: Group, threads: int | None, report: Progress) -> Iterator[Sce
         return
     asked = job.scene.settings
     file = None
-    if asked.width * asked.height * asked.spp * _SAMPLE > available_memory() // _SHARE:
+    if is_large(asked.width * asked.height * asked.spp * _SAMPLE):
         file = group.paths_files()[0]
     try:
         paths = trace_job(job, report, file)
         if paths.pixels < asked.width * asked.height:
             raise KeyboardInterrupt
-        yield paths
+        yield replace(paths, job=job)  # a file has not the geometry, which denoising needs
     finally:
         if file is not None:
             file.unlink(missing_ok=True)
@@ -207,28 +206,31 @@ def _attempt(
             raise KeyboardInterrupt
         return result
     try:
-        stream = _stream(row, source)
-        if isinstance(source, LightPaths):
-            image = whole_image(
-                source,
-                report,
-                output=stream,
-                library=_library(settings),
-                lights=_lights(settings),
-                materials=given,
-                concentration=ids_of(settings, "concentration"),
-                same_luminance=bool(settings.get("same_luminance", False)),
-                **{name: settings.get(name) for name in _OF_IMAGE},
-            )
-        else:
-            _check_rendered(row)
-            lit = {"lights": _lights(settings), "same_luminance": bool(settings.get("same_luminance", False))}
-            image = render_job(_job(source, settings, threads, **lit), output=stream, progress=report)
-            if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
-                raise KeyboardInterrupt
-        if settings.get("denoise"):
-            image = image.denoised(scene=_seen(source, given, settings), threads=threads)
-        _write(image, row, mark, stream)
+        with _stream(row, source) as stream:
+            if isinstance(source, LightPaths):
+                image = whole_image(
+                    source,
+                    report,
+                    output=stream,
+                    library=_library(settings),
+                    lights=_lights(settings),
+                    materials=given,
+                    concentration=ids_of(settings, "concentration"),
+                    same_luminance=bool(settings.get("same_luminance", False)),
+                    **{name: settings.get(name) for name in _OF_IMAGE},
+                )
+            else:
+                _check_rendered(row)
+                lit = {
+                    "lights": _lights(settings),
+                    "same_luminance": bool(settings.get("same_luminance", False)),
+                }
+                image = render_job(_job(source, settings, threads, **lit), output=stream, progress=report)
+                if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
+                    raise KeyboardInterrupt
+            if settings.get("denoise"):
+                image = image.denoised(scene=_seen(source, given, settings), threads=threads)
+            _write(image, row, mark, stream)
         result = Result(row.number, "done", time.perf_counter() - began, mark)
     except Exception as err:  # whatever it is, other rows may succeed
         result = Result(row.number, "failed", time.perf_counter() - began, fault=fault_of(err))
@@ -280,16 +282,20 @@ def _check_rendered(row: Row) -> None:
             )
 
 
-def _stream(row: Row, source: Scene | LightPaths) -> Path | None:
-    """The NetCDF file that a large image is streamed to while it is made."""
+@contextmanager
+def _stream(row: Row, source: Scene | LightPaths) -> Iterator[Path | None]:
+    """The file that a large image is streamed to while it is made: one of the row, or one that is there meanwhile."""
     scene = source if isinstance(source, Scene) else source.job.scene
-    settings, grid = scene.settings, read_grid(row.settings.get("wavelengths"))
-    planes = (1 + len(COMPONENTS)) * (1 + bool(row.settings.get("component_errors")))
-    if 4 * planes * settings.width * settings.height * len(grid) < available_memory() // _SHARE:
-        return None
-    if row.settings.get("denoise"):
-        return None
-    return next((path for path in row.outputs if path.suffix.lower() in (".nc", ".zarr")), None)
+    size, bands = (
+        (scene.settings.width, scene.settings.height),
+        len(read_grid(row.settings.get("wavelengths"))),
+    )
+    component_errors = bool(row.settings.get("component_errors"))
+    target = None
+    if is_large(bytes_of_image(size, bands, component_errors)) and not row.settings.get("denoise"):
+        target = stream_target(row.outputs)
+    with streamed_to(target, size, bands, component_errors=component_errors) as stream:
+        yield stream
 
 
 def _write(image: SpectralImage, row: Row, mark: str, stream: Path | None) -> None:
@@ -298,7 +304,7 @@ def _write(image: SpectralImage, row: Row, mark: str, stream: Path | None) -> No
     for path in row.outputs:
         if path != stream:
             image.save(path)
-    if stream is not None:
+    if stream in row.outputs:
         attrs = image.attrs
         image.close()
         if stream.suffix.lower() == ".nc":

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -299,3 +303,54 @@ class TestFaults:
         write(tmp_path / "a.hdr", **{"wavelength units": "Wavenumber"})
         with pytest.raises(ImageError, match=r"(?s)unit of the wavelengths.*wavenumber"):
             SpectralImage.open(tmp_path / "a.hdr")
+
+
+class TestLarge:
+    @pytest.mark.parametrize("interleave", ["bip", "bil", "bsq"])
+    def test_rows_are_read_when_they_are_used(self, interleave, tmp_path, monkeypatch):
+        """Expected: the numbers of the whole, from unsorted bands of which one is bad and one ignored."""
+        path = tmp_path / "a.hdr"
+        given = {
+            "wavelength": [*AT[3:], *AT[:3]],
+            "bbl": [1, 0, 1, 1, 1, 1],
+            "data ignore value": CUBE[1, 2, 3],
+        }
+        envi.save_image(
+            str(path),
+            CUBE,
+            metadata=given | {"wavelength units": "Nanometers", "reflectance scale factor": 3},
+            interleave=interleave,
+            ext=".img",
+        )
+        with pytest.warns(ApproximationWarning, match="480 nm"):
+            whole = SpectralImage.open(path).dataset["radiance"].values
+        monkeypatch.setattr("fluorspar.image.computed._LARGEST_KEPT", 0)
+        with pytest.warns(ApproximationWarning, match="480 nm"):
+            image = SpectralImage.open(path)
+        np.testing.assert_array_equal(image.dataset["radiance"].values, whole)
+        np.testing.assert_array_equal(image.dataset["radiance"][0, ::-2, 1:3, 4], whole[0, ::-2, 1:3, 4])
+        assert np.isnan(whole).sum() == 1
+        path.with_suffix(".img").unlink()  # it is held open
+        image.save(tmp_path / "b.nc")
+        with SpectralImage.open(tmp_path / "b.nc") as other:
+            np.testing.assert_array_equal(other.dataset["radiance"].values, whole)
+
+    def test_one_larger_than_memory_is_measured(self, tmp_path):
+        """Of 6.4 GB, by a process that may take 2.5 GB."""
+        write(tmp_path / "a.hdr", np.zeros((1, 1, 6), np.float32))
+        header = (tmp_path / "a.hdr").read_text()
+        for name in ("lines", "samples"):
+            header = re.sub(f"{name} = 1\\b", f"{name} = 16384", header)
+        (tmp_path / "a.hdr").write_text(header)
+        with (tmp_path / "a.img").open("r+b") as data:
+            data.truncate(4 * 16384**2 * 6)
+            data.seek(4 * 6 * (16384 * 9000 + 7))
+            data.write(np.arange(6, dtype="<f4").tobytes())
+        code = f"""
+import resource
+import fluorspar
+resource.setrlimit(resource.RLIMIT_DATA, (5 * 2**29, 5 * 2**29))
+print(*fluorspar.open({str(tmp_path / "a.hdr")!r}).spectrum_at(7, 9000)["total"].values)
+"""
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        assert done.stdout.split() == ["0.0", "1.0", "2.0", "3.0", "4.0", "5.0"], done.stderr

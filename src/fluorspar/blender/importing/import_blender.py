@@ -10,8 +10,9 @@ from fluorspar.blender.importing.listing import Listing
 from fluorspar.blender.importing.scene_file import write_scene
 from fluorspar.blender.process import BlenderProcess
 from fluorspar.errors import SceneError, message
-from fluorspar.files.folders import TemporaryFolder, check_folder
+from fluorspar.files.beside import Temporary
 from fluorspar.files.names import text_of
+from fluorspar.files.writing import check_folder
 
 __all__ = ["import_blender"]
 
@@ -70,7 +71,7 @@ def import_blender(
     """
     source = _checked(Path(source))
     target = check_folder(folder, _is_import, "folder of an import")
-    temporary = TemporaryFolder(target)
+    temporary = Temporary(target, folder=True)
     try:
         listing = _imported(source, temporary.path, blender)
         text = [f"Imported from {text_of(source.name)}. What has no counterpart:", ""]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ApproximationWarning, ImageError, message
-from fluorspar.files.memory import check_memory
 from fluorspar.files.names import check_source, text_of
 from fluorspar.files.writing import check_target, replacing, undisturbed
 from fluorspar.image.components import TOTAL, select, sum_of
-from fluorspar.image.dataset import add_up, grid_of, make_dataset, names_of, row_blocks
+from fluorspar.image.computed import computed
+from fluorspar.image.dataset import add_up, grid_of, names_of, row_blocks
 from fluorspar.image.formats.envi_header import (
     bandwidth,
     good_bands,
@@ -57,6 +58,7 @@ def write_envi(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     --------
     >>> import tempfile
     >>> from fluorspar.spectral.wavelengths import Wavelengths
+    >>> from fluorspar.image.dataset import make_dataset
     >>> path = Path(tempfile.mkdtemp()) / "room.hdr"
     >>> write_envi(make_dataset(np.ones((7, 4, 3, 69)), Wavelengths()), path)
     >>> float(read_envi(path).radiance.max())
@@ -106,15 +108,15 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     Returns
     -------
     Dataset
-        In memory, with the one component `total`, float32. Wavelengths in micrometres become nm; a
-        `reflectance scale factor` is applied; pixels of the `data ignore value` become NaN; `fwhm` becomes
-        the attribute `bandwidth_nm`.
+        With the one component `total`, float32; one of more than 1 GiB is read from the file when it is used.
+        Wavelengths in micrometres become nm; a `reflectance scale factor` is applied; pixels of the
+        `data ignore value` become NaN; `fwhm` becomes the attribute `bandwidth_nm`.
 
     Raises
     ------
     ImageError
-        If a file is missing, truncated or too large for memory, the header is malformed or holds no
-        wavelengths, its scale factor or ignored value is no number, or it is not an image of real numbers.
+        If a file is missing or truncated, the header is malformed or holds no wavelengths, its scale factor or
+        ignored value is no number, or it is not an image of real numbers.
 
     Warns
     -----
@@ -132,16 +134,27 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     path = check_source(path)
     header = read_header(path)
-    values = _numbers_of(header, path)
-    at = wavelengths(header, values.shape[2], path)
+    (height, width, bands), stored = _numbers_of(header, path)
+    at = wavelengths(header, bands, path)
     good = good_bands(header, len(at), path)
     widths = bandwidth(header, at, path)
     order = np.argsort(at, kind="stable")
-    if (np.diff(order) != 1).any():
-        values, at, good = np.ascontiguousarray(values[..., order]), at[order], good[order]
+    at, good = at[order], good[order]
     if not good.all():
-        values, at = _mended(values, at, good, path)
-    grid = grid_through(at, path)
+        _say_bad(at, good, path)
+    first, last = np.flatnonzero(good)[[0, -1]]
+    within = ~good
+    within[:first] = within[last + 1 :] = False
+
+    def radiance(rows: slice) -> NDArray[np.float32]:
+        values = stored(rows)
+        if (np.diff(order) != 1).any():
+            values = values[..., order]
+        if within.any():  # bad bands between good ones
+            values[..., within] = interpolated(values[..., good], at[good], at[within])
+        return np.ascontiguousarray(values[np.newaxis, ..., first : last + 1])
+
+    grid = grid_through(at[first : last + 1], path)
     attrs = {
         "source_file": text_of(path.name),
         "description": str(header.get("description", "")),
@@ -149,7 +162,7 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
         **stated_by(header),
         **widths,
     }
-    return make_dataset(values[np.newaxis], grid, attrs=attrs, components=(TOTAL,))
+    return computed({"radiance": radiance}, (width, height), grid, attrs, (TOTAL,))
 
 
 def data_file(header: Path) -> str | None:
@@ -167,8 +180,10 @@ def data_file(header: Path) -> str | None:
     return None
 
 
-def _numbers_of(header: dict[str, Any], path: Path) -> NDArray[np.float32]:
-    """What the data hold, ndarray of shape (Y, X, N): scaled, and NaN where they are to be ignored."""
+def _numbers_of(
+    header: dict[str, Any], path: Path
+) -> tuple[tuple[int, int, int], Callable[[slice], NDArray[np.float32]]]:
+    """The shape (Y, X, N), and a function that reads rows: scaled, and NaN where they are to be ignored."""
     dtype, offset, sizes, order = layout_of(header, path)
     source = data_file(path)
     if source is None:
@@ -197,27 +212,25 @@ def _numbers_of(header: dict[str, Any], path: Path) -> NDArray[np.float32]:
     if unread:
         text = f"{path}: not used: {', '.join(unread)}"
         warnings.warn(text, ApproximationWarning, stacklevel=5)
-    check_memory(4 * math.prod(sizes), source, f"{columns} x {rows} pixels, {bands} bands")
+    ignored = np.float32(header["data ignore value"]) if "data ignore value" in header else None
+    factor = np.float32(header.get("reflectance scale factor", 1.0))
     stored = np.memmap(source, dtype, "r", offset, tuple(sizes[axis] for axis in order))
-    values = np.array(stored.transpose(np.argsort(order)), np.float32, order="C")
-    if "data ignore value" in header:
-        values[values == np.float32(header["data ignore value"])] = np.nan
-    if "reflectance scale factor" in header:
-        values /= np.float32(header["reflectance scale factor"])
-    return values
+
+    def read(some: slice) -> NDArray[np.float32]:
+        values = np.array(stored.transpose(np.argsort(order))[some], np.float32, order="C")
+        if ignored is not None:
+            values[values == ignored] = np.nan
+        if factor != 1:
+            values /= factor
+        return values
+
+    return (rows, columns, bands), read
 
 
-def _mended(
-    values: NDArray[np.float32], at: NDArray[np.float64], good: NDArray[np.bool_], path: Path
-) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Cut bad bands off at the ends, and interpolate those between good ones."""
-    first, last = np.flatnonzero(good)[[0, -1]]
+def _say_bad(at: NDArray[np.float64], good: NDArray[np.bool_], path: Path) -> None:
+    """Say that bad bands are cut off at the ends, and those between good ones interpolated."""
     bad = ", ".join(f"{wavelength:g}" for wavelength in at[~good][:8]) + (
         ", ..." if (~good).sum() > 8 else ""
     )
     text = f"{path}: bad bands (bbl) at {bad} nm: interpolated linearly, or left out at the ends"
     warnings.warn(text, ApproximationWarning, stacklevel=4)
-    within = ~good
-    within[:first] = within[last + 1 :] = False
-    values[..., within] = interpolated(values[..., good], at[good], at[within])
-    return np.ascontiguousarray(values[..., first : last + 1]), at[first : last + 1]

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.errors import ImageError, message
+from fluorspar.files.beside import Temporary
 from fluorspar.files.patient_file import PatientFile
 from fluorspar.files.run_journal import Left, RunJournal
-from fluorspar.files.writing import Temporary, check_target, write_error
+from fluorspar.files.writing import check_target, write_error
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.formats.image_writer import ImageWriter
 from fluorspar.image.formats.netcdf_layout import create, places, write_attrs

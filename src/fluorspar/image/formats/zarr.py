@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from fluorspar.errors import FluorsparError, ImageError, message
 from fluorspar.extras import check_extra
-from fluorspar.files.folders import TemporaryFolder, check_folder
-from fluorspar.files.writing import undisturbed, write_error
+from fluorspar.files.beside import Temporary
+from fluorspar.files.writing import check_folder, undisturbed, write_error
 from fluorspar.image.dataset import (
     VARIABLES,
     check_dataset,
@@ -75,7 +75,7 @@ def write_zarr(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     names, size = names_of(dataset), (dataset.sizes["y"], dataset.sizes["x"])
     temporary = None
     try:
-        temporary = TemporaryFolder(target)
+        temporary = Temporary(target, folder=True)
         group = create(temporary.path, grid_of(dataset), names, *size, present, plain_attrs(dataset.attrs))
         for rows in row_blocks(dataset):
             for name in present:

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fluorspar.image.dataset import DIMS, VARIABLES, WAVELENGTH_ATTRS, plain_attrs, variable_attrs
+from fluorspar.image.dataset import (
+    DIMS,
+    VARIABLES,
+    WAVELENGTH_ATTRS,
+    decoded_attrs,
+    plain_attrs,
+    variable_attrs,
+)
 from fluorspar.spectral.wavelengths import Wavelengths
 
 if TYPE_CHECKING:
@@ -18,7 +25,7 @@ if TYPE_CHECKING:
 
     import zarr
 
-__all__ = ["chunk_shape", "create", "describe", "is_store", "put"]
+__all__ = ["chunk_shape", "create", "describe", "is_store", "opened", "put", "unfinished_store"]
 
 _CHUNK_BYTES = 2 * 2**20
 _CHUNK_ROWS = 16  # few, since renders come row by row, and whole chunks are written
@@ -102,7 +109,6 @@ def create(
             compressors=BloscCodec(cname="zstd", clevel=1, shuffle="shuffle", typesize=4),
             dimension_names=dims,
             attributes=variable_attrs(name, attrs),
-            config={"write_empty_chunks": True},  # whether they are empty would take time to find out
         )
     describe(group, attrs)
     return group
@@ -115,6 +121,42 @@ def describe(group: zarr.Group, attrs: Mapping[str, Any]) -> None:
     group.attrs.put(plain_attrs(attrs))
     with _format_3():
         zarr.consolidate_metadata(group.store, zarr_format=3)
+
+
+def opened(folder: Path) -> zarr.Group:
+    """Open a store to change it."""
+    import zarr
+
+    return zarr.open_group(folder, mode="r+", zarr_format=3)
+
+
+def unfinished_store(
+    folder: Path, label: Mapping[str, str], shapes: Mapping[str, tuple[int, ...]]
+) -> zarr.Group | None:
+    """Open a store of `create` that was not finished, to be gone on with; None if it is another one, or none is there.
+
+    Parameters
+    ----------
+    folder : Path
+    label : mapping
+        Attribute `fingerprint` that it must have.
+    shapes : mapping of str to tuple of int
+        Those of its variables.
+    """
+    try:
+        group = opened(folder)
+    except (OSError, ValueError):  # there is none, or of another format
+        return None
+    attrs = decoded_attrs(dict(group.attrs))
+    height, width, bands = shapes["radiance"][1:]
+    chunks = (1, *chunk_shape(height, width, bands), bands)
+    is_it = (
+        attrs.get("partial") == 1
+        and attrs.get("fingerprint") == label
+        and {name: array.shape for name, array in group.arrays() if name in VARIABLES} == shapes
+        and all(group[name].chunks == chunks[-group[name].ndim :] for name in shapes)
+    )
+    return group if is_it else None
 
 
 def put(array: zarr.Array[Any], component: int | None, row: int, values: np.ndarray[Any, Any]) -> None:

@@ -13,12 +13,20 @@ from numpy.typing import NDArray
 
 from fluorspar.extras import check_extra
 from fluorspar.files import run_journal
-from fluorspar.files.folders import TemporaryFolder, check_folder
-from fluorspar.files.writing import write_error
+from fluorspar.files.beside import Temporary
+from fluorspar.files.writing import check_folder, write_error
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.dataset import VARIABLES
 from fluorspar.image.formats.image_writer import ImageWriter
-from fluorspar.image.formats.zarr_layout import chunk_shape, create, describe, is_store, put
+from fluorspar.image.formats.zarr_layout import (
+    chunk_shape,
+    create,
+    describe,
+    is_store,
+    opened,
+    put,
+    unfinished_store,
+)
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = ["ZarrWriter"]
@@ -58,6 +66,8 @@ class ZarrWriter(ImageWriter):
         The C components.
     label : mapping, optional
         What is written, in words and digests: attribute `fingerprint` from the start, so that it can be continued.
+    resume : bool
+        Go on with the unfinished store that is there, in its place, if it has this label.
 
     Raises
     ------
@@ -91,6 +101,7 @@ class ZarrWriter(ImageWriter):
         *,
         components: Sequence[str] = COMPONENTS,
         label: Mapping[str, str] | None = None,
+        resume: bool = False,
     ) -> None:
         check_extra("cluster")
         super().__init__(wavelengths, height, width, attrs, component_errors, len(components))
@@ -102,12 +113,22 @@ class ZarrWriter(ImageWriter):
         self._spare: list[_Block] = []
         self.path = check_folder(path, is_store, "Zarr store of a spectral image")
         self._open, self._labelled, self._began = True, label is not None, time.monotonic()
+        shapes = {
+            name: (*((count,) if "component" in VARIABLES[name][1] else ()), height, width, len(wavelengths))
+            for name, count in self._layers.items()
+        }
+        left = unfinished_store(self.path, label, shapes) if resume and label is not None else None
+        self._goes_on = left is not None
         try:
-            self._temporary = TemporaryFolder(self.path, in_place=True)
+            self._temporary = Temporary(self.path, None if left is None else self.path, folder=True)
         except OSError as err:
             raise write_error(self.path, err) from err
         with self._step():
-            self._group = create(
+            if left is not None:
+                self._group = left
+                self._take_over()
+                return
+            create(
                 self._temporary.path,
                 wavelengths,
                 components,
@@ -116,6 +137,8 @@ class ZarrWriter(ImageWriter):
                 list(self._layers),
                 {**self.attrs, "fingerprint": label and dict(label), "partial": 1},
             )
+            self._temporary.take_place()
+            self._group = opened(self._temporary.path)
 
     @property
     def _is_open(self) -> bool:
@@ -159,8 +182,8 @@ class ZarrWriter(ImageWriter):
     def discard(self) -> None:
         """Give the store up: leave what is finished, to be continued, or nothing.
 
-        It is left if it is labelled, took more than a few seconds, and there was no older store of the name, which
-        stays as it was.
+        It is left if it went on with an unfinished one, or if it is labelled, took more than a few seconds, and there
+        was no older store of the name, which stays as it was.
         """
         if self._open and self._can_go_on:
             with suppress(OSError, RuntimeError):  # the disk may be full
@@ -174,7 +197,20 @@ class ZarrWriter(ImageWriter):
     @property
     def _can_go_on(self) -> bool:
         in_place = self._temporary.path == self.path
-        return self._labelled and in_place and time.monotonic() - self._began > run_journal.SYNC_EVERY
+        is_long = time.monotonic() - self._began > run_journal.SYNC_EVERY
+        return self._goes_on or (self._labelled and in_place and is_long)
+
+    def _take_over(self) -> None:
+        """Find out which pixels of an unfinished store are there."""
+        for torn in self.path.rglob("*.partial"):  # of a chunk that was being written
+            torn.unlink()
+        first = self._group["radiance"]
+        for number in range(-(-self.height // self._rows)):
+            rows = slice(number * self._rows, (number + 1) * self._rows)
+            known = ~np.isnan(first[0, rows, :, 0].ravel())
+            self._known[number * self._rows * self.width :][: len(known)] = known
+            if known.any() and not known.all():
+                self._spilled[number] = known
 
     def _pieces(self, first_pixel: int, count: int) -> Iterator[tuple[int, int, int]]:
         """Cut a run of pixels at the ends of blocks: the number of each block, and first and last pixel in it."""
@@ -221,8 +257,8 @@ class ZarrWriter(ImageWriter):
         self._spare = [block]
 
     def _reload(self, number: int, block: _Block) -> None:
-        block.known[:] = self._spilled.pop(number)
-        pixels = self._pixels_in(number)
+        known, pixels = self._spilled.pop(number), self._pixels_in(number)
+        block.known[:pixels] = known[:pixels]
         for name, array in block.arrays.items():
             array[:, :pixels] = self._stored(name, number)
 
