@@ -52,4 +52,4 @@ def test_what_is_not_streamed_to_an_output(
 def test_resume_still_needs_its_file(fluorspar: CommandLine, little_memory: None) -> None:
     done = fluorspar("render", "cornell-box", *QUICK, "-o", "a.exr", "--resume")
     assert done.code == 2
-    assert done.says("resume needs the file to go on with")
+    assert done.says("resume needs the file to continue")

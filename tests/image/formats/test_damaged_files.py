@@ -147,5 +147,7 @@ class TestClaims:
                 data.truncate(4 * bands * side**2)
             except OSError:
                 pytest.skip("the file system holds no sparse file of 640 GB")
+        image = SpectralImage.open(tmp_path / "a.hdr")  # rows are read when they are used
+        assert not image.pixel(0, side - 1)["total"].any()
         with pytest.raises(ImageError, match=r"(?s)does not fit into memory.*100000 x 100000.*640 GB"):
-            SpectralImage.open(tmp_path / "a.hdr")
+            image.total()
