@@ -7,9 +7,12 @@ READY := $(VENV)/.ready
 LOWEST := out/lowest
 WHEEL := out/wheel
 PYTHONS := out/newer
+# the newer Pythons that are tested, as far as they are at hand: in the search path, or of pyenv
+NEWER = $(shell for minor in 12 13; do for python in python3.$$minor $$HOME/.pyenv/versions/3.$$minor.*/bin/python3; do \
+	"$$python" --version >/dev/null 2>&1 && echo "$$python" && break; done; done)
 # of the suite, what touches every dependency
 PARTS := tests/test_layers.py tests/test_bounds.py tests/test_docs.py tests/colour tests/spectral tests/image tests/measuring \
-	tests/figures tests/view tests/scene tests/staged/emitters tests/cluster tests/studies/test_batch_on_workers.py \
+	tests/denoising tests/figures tests/view tests/scene tests/staged/emitters tests/cluster tests/studies/test_batch_on_workers.py \
 	tests/cli/test_bad_option.py tests/cli/test_compare_commands.py tests/cli/test_materials_commands.py
 DOCS := out/docs
 # Two processes: much of a test waits or computes in one thread.
@@ -56,9 +59,8 @@ test-blender: $(READY)
 		{ echo "no Blender: install it, or set BLENDER to it or to a Python that has bpy" >&2; exit 1; }
 	$(BIN)/python -m pytest -m blender tests/blender
 
-# The oldest versions that are allowed, but for the extra denoise, which brings a newer Mitsuba; and the source
-# distribution: its own tests on the package made of it. All of the suite would take as long again as
-# 'make test'.
+# The oldest versions that are allowed, and the source distribution: its own tests on the package made of it. All of
+# the suite would take as long again as 'make test'.
 test-lowest:
 	rm -rf $(LOWEST)
 	$(PYTHON) -m venv $(LOWEST)/venv
@@ -66,27 +68,27 @@ test-lowest:
 	$(LOWEST)/venv/bin/python -m build --sdist --outdir $(LOWEST) . >$(LOWEST)/build.log
 	tar --extract --gzip --strip-components 1 --file $(LOWEST)/fluorspar-*.tar.gz --directory $(LOWEST)
 	$(LOWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints-lowest.txt \
-		'$(LOWEST)[view,cluster]' pytest hypothesis httpx openimageio
+		'$(LOWEST)[view,denoise,cluster]' pytest hypothesis httpx openimageio
 	cd $(LOWEST) && venv/bin/python -m pytest --quiet $(PARTS)
 
-# The same parts, and the doctests, with each newer Python that is in the search path or pyenv has.
+# The same parts, and the doctests, with each newer Python that is at hand.
 test-pythons:
-	@for minor in 12 13 14; do for python in python3.$$minor $$HOME/.pyenv/versions/3.$$minor.*/bin/python3; do \
-		"$$python" --version 2>/dev/null || continue; \
+	@for python in $(NEWER); do \
+		"$$python" --version && \
 		rm -rf $(PYTHONS) && "$$python" -m venv $(PYTHONS) && \
 		$(PYTHONS)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test]' && \
 		$(PYTHONS)/bin/python -m pytest $(TWO) --quiet --doctest-modules src && \
 		$(PYTHONS)/bin/python -m pytest $(TWO) --quiet $(PARTS) || exit 1; \
-		break; \
-	done; done
+	done
 
-# A wheel, made of the source distribution, in an environment of its own and outside of the repository.
+# A wheel, made of the source distribution, in an environment of its own and outside of the repository: one of the newest
+# Python at hand, so that more than the oldest is tried where 'make test-pythons' takes too long.
 test-wheel: $(READY)
 	rm -rf $(WHEEL)
 	mkdir -p $(WHEEL)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check build
 	$(BIN)/python -m build --outdir $(WHEEL) . >$(WHEEL)/build.log
-	$(BIN)/python tools/check_wheel.py $(WHEEL) --constraint constraints.txt
+	$(BIN)/python tools/check_wheel.py $(WHEEL) --constraint constraints.txt --python $(or $(lastword $(NEWER)),$(BIN)/python)
 
 # Two minutes of damaged scenes, tables, images and light paths; see docs/reliability.md.
 fuzz: $(READY)

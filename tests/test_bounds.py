@@ -27,6 +27,8 @@ def test_every_lower_bound_is_tested() -> None:
     extras = project["optional-dependencies"]
     promised = {
         requirement.name.lower(): lowest(requirement)
-        for requirement in map(Requirement, [*project["dependencies"], *extras["view"], *extras["cluster"]])
+        for requirement in map(
+            Requirement, [*project["dependencies"], *extras["view"], *extras["denoise"], *extras["cluster"]]
+        )
     }
     assert {name: pinned.get(name) for name in promised} == promised

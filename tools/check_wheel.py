@@ -7,7 +7,6 @@ import subprocess
 import sys
 import tarfile
 import tempfile
-import venv
 import zipfile
 from pathlib import Path
 
@@ -41,10 +40,11 @@ def missing(wheel: Path, sdist: Path) -> list[str]:
     ]
 
 
-def use(wheel: Path, constraints: Path) -> None:
+def use(wheel: Path, constraints: Path, interpreter: str) -> None:
     """Install the wheel into a new environment, in a folder far from the repository, and run it there."""
+    subprocess.run([interpreter, "--version"], check=True)
     with tempfile.TemporaryDirectory() as folder:
-        venv.create(Path(folder, "venv"), with_pip=True)
+        subprocess.run([interpreter, "-m", "venv", str(Path(folder, "venv"))], check=True)
         python = str(Path(folder, "venv", "bin", "python"))
         pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
         subprocess.run([*pip, "--constraint", str(constraints.resolve()), str(wheel.resolve())], check=True)
@@ -63,12 +63,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, help="where a wheel and a source distribution are")
     parser.add_argument("--constraint", type=Path, required=True, help="the versions to install beside it")
+    parser.add_argument("--python", default=sys.executable, help="the Python of that environment")
     given = parser.parse_args()
     (wheel,), (sdist,) = given.folder.glob("*.whl"), given.folder.glob("*.tar.gz")
     faults = missing(wheel, sdist)
     if faults:
         sys.exit("\n".join(faults))
-    use(wheel, given.constraint)
+    use(wheel, given.constraint, given.python)
 
 
 if __name__ == "__main__":

@@ -132,7 +132,7 @@ def sweep_pixel(
 
 
 @cache
-def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..., int]:
+def compiled(width: int, one_light: bool) -> Callable[..., int]:
     """Compile the sweep for a padded number of bands; compiled code is kept on disk.
 
     The function returned takes a range of pixels of a chunk, its samples, lanes per pixel and batches, the log (see
@@ -154,6 +154,7 @@ def compiled(width: int, one_light: bool, component_errors: bool) -> Callable[..
     @numba.njit(nogil=True, fastmath=FAST, _nrt=False)
     def kernel(first, stop, spp, parts, batches, log, tables, radiance, error, errors, halves, at, scratch):  # type: ignore[no-untyped-def]
         _ = version  # a captured value is part of the key under which Numba keeps compiled code
+        component_errors = errors.shape[1] > 0
         for p in range(first, stop):
             lamps = sweep_pixel(
                 p, spp, parts, batches, log, tables, scratch, one_light, component_errors, width

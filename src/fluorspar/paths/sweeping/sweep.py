@@ -104,7 +104,6 @@ def _sweep_on_cpu(
 ) -> None:
     """Run the kernels of the processor; `counts` are samples of a pixel, its lanes and its batches."""
     log = flat(chunk.log)
-    one_light, component_errors = len(log.direct_light) == 0, out.component_standard_error is not None
     scratch_for: Callable[[int], Any]
     if isinstance(tables, LobeTables):
         width = len(tables.wavelengths)
@@ -113,7 +112,7 @@ def _sweep_on_cpu(
         scratch_for = partial(new_lobe_scratch, terms, width)
     else:
         rows, width = tables.reflectance.shape
-        kernel = compiled(width, one_light, component_errors)
+        kernel = compiled(width, len(log.direct_light) == 0)
         scratch_for = partial(new_scratch, rows, width)
     errors = out.component_standard_error
     if errors is None:
