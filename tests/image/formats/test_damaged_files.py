@@ -148,6 +148,6 @@ class TestClaims:
             except OSError:
                 pytest.skip("the file system holds no sparse file of 640 GB")
         image = SpectralImage.open(tmp_path / "a.hdr")  # rows are read when they are used
-        assert not image.pixel(0, side - 1)["total"].any()
+        assert not image.spectrum_at(0, side - 1)["total"].any()
         with pytest.raises(ImageError, match=r"(?s)does not fit into memory.*100000 x 100000.*640 GB"):
             image.total()
