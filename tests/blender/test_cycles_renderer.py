@@ -151,10 +151,18 @@ def cup(left: float) -> dict[str, Any]:
         }
 
 
-@pytest.mark.parametrize("more", [{}, cup(-0.6)], ids=["empty", "under a hollow box"])
+def room() -> dict[str, Any]:
+    """Around camera and lamp, and black inside."""
+    with use_variant("scalar_rgb"):
+        return {"room": {"type": "cube", "to_world": transform().scale(5), "bsdf": {"type": "diffuse"}}}
+
+
+@pytest.mark.parametrize(
+    "more", [{}, cup(-0.6), room()], ids=["empty", "under a hollow box", "in a dark room"]
+)
 def test_light_on_patches(more: dict[str, Any]) -> None:
     """Rationale: light on emitters is measured by baking. Expected: that of Mitsuba's probes, within noise, also where
-    points inside a hollow box do not count."""
+    points inside a hollow box do not count, and in a dark room, where all do."""
     scene = floor_under(lit("area"), **more)
     found = []
     for renderer in RENDERERS:

@@ -224,6 +224,13 @@ def test_errors_are_numbers_where_half_of_the_image_is_black() -> None:
     assert np.isfinite(image.denoised().dataset["denoised_error"]).all()
 
 
+@pytest.mark.parametrize("spp", [70_000, "four", [4, 4], float("nan")])
+def test_samples_that_no_render_has_do_not_matter(spp: object) -> None:
+    attrs = {"method": "paths", "spp": spp}
+    image = SpectralImage.from_arrays(np.ones((7, 8, 8, 31)), Wavelengths.parse(GRID), attrs=attrs)
+    assert np.isfinite(image.denoised(scene="cornell-box").total()).all()
+
+
 def test_a_negative_image_is_refused() -> None:
     image = SpectralImage.from_arrays(
         np.full((1, 8, 8, 3), -1.0), Wavelengths(400, 600, 100), components=["total"]

@@ -21,10 +21,12 @@ from fluorspar.extras import check_extra
 from fluorspar.image.computed import computed
 from fluorspar.image.dataset import names_of, values_of
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.image.stated import METHODS
 from fluorspar.job import RenderJob
 from fluorspar.measuring.image_scene import scene_of
 from fluorspar.paths.seen_first import seen_first
 from fluorspar.scene.scene import Scene
+from fluorspar.scene.settings import MOST_SAMPLES
 from fluorspar.scene.variants import usable_cores
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -125,8 +127,9 @@ def _copy_of(dataset: xr.Dataset) -> Fill:
 
 def surfaces_of(scene: Scene, image: SpectralImage) -> Surfaces:
     """Colours and normals of the surfaces that an image of a scene shows from its camera, see `seen_first`."""
-    (width, height), spp = image.size, int(image.attrs.get("spp", scene.settings.spp))
-    scene = scene.with_settings(spp=spp)
+    (width, height), spp = image.size, image.attrs.get("spp")
+    if isinstance(spp, int) and image.attrs.get("method") in METHODS:
+        scene = scene.with_settings(spp=min(spp, MOST_SAMPLES))
     grid = image.wavelengths.values
     held = image.wavelengths if type(image.wavelengths) is Wavelengths else Wavelengths()
     if held is not image.wavelengths and not (grid[0] < held.stop and grid[-1] > held.start):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from floor_scene import floor_under
 from fluorspar.bispectral.material import Fluorophore, Material
 from fluorspar.errors import RendererError, SceneNotice
 from fluorspar.image.spectral_image import SpectralImage
@@ -176,3 +177,19 @@ def test_what_is_inside_a_hollow_object_does_not_count() -> None:
     assert light_on_floor(floor_and(**hollow_box()), 2)[:2].tolist() == [0, 0]
     roof = floor_and(roof=lambda T: T.translate([0, 0, 1]))
     assert light_on_floor(roof, 1)[0] == pytest.approx(LIGHT * (1 - SQUARES), rel=2 * SCATTER)
+
+
+def test_a_room_that_is_black_inside_changes_nothing() -> None:
+    """Rationale: a dark room around camera, lamp and floor sends nothing back, and hides nothing of the floor, though
+    it is all that most points of the floor see. Expected: the same light as in the open, up to rounding."""
+    lamp = {"type": "point", "position": [0.3, 0.2, 2.0], "intensity": {"type": "spectrum", "value": 1.0}}
+    white = {"type": "diffuse", "reflectance": {"type": "spectrum", "value": 0.8}}
+    ball = {"type": "sphere", "center": [0, 0, 1], "radius": 0.15, "bsdf": white}
+    with use_variant("scalar_rgb"):
+        import mitsuba as mi
+
+        room = {"type": "cube", "to_world": mi.ScalarTransform4f().scale(5), "bsdf": {"type": "diffuse"}}
+    in_the_open, inside = (
+        light_on_floor(floor_under(lamp, ball=ball, **more), 2) for more in ({}, {"room": room})
+    )
+    np.testing.assert_allclose(inside, in_the_open, rtol=1e-5)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -290,24 +291,43 @@ class _LoadedScene:
         return np.concatenate(parts)[:, : albedo.shape[1]]
 
     def _enclosed(self, places: NDArray[np.float32], up: Array) -> NDArray[np.bool_]:
-        """Whether nothing but black backs is seen from places above a surface."""
-        import drjit as dr
+        """Whether from places above a surface nothing is seen but black backs that the camera does not see."""
         import mitsuba as mi
 
-        left = np.arange(len(places))
+        hiding, left = self._hiding, np.arange(len(places))
         for across, aside, along in directions():
             z = mi.Vector3f(up[left].astype(np.float32).T)
             x, y = mi.coordinate_system(z)
-            ray = mi.Ray3f(mi.Point3f(places[left].T), across * x + aside * y + along * z)
-            hit = self.mitsuba_scene.ray_intersect(ray)
-            side = self.sides[np.array(dr.reinterpret_array(mi.UInt32, hit.shape)), 1]
-            from_behind = np.array(dr.dot(hit.n, ray.d) > 0)
-            left = left[from_behind & (side >= 0) & (self.row_of_side[side] == ABSORBS)]
+            shape, behind = self._met(mi.Point3f(places[left].T), across * x + aside * y + along * z)
+            left = left[behind & hiding[shape]]
             if not len(left):
                 break
         enclosed = np.zeros(len(places), dtype=bool)
         enclosed[left] = True
         return enclosed
+
+    @cached_property
+    def _hiding(self) -> NDArray[np.bool_]:
+        """By the number of a shape: whether its back is black, and not seen by the camera, as that of a room is."""
+        import mitsuba as mi
+
+        hiding = self.row_of_side[self.sides[:, 1]] == ABSORBS
+        hiding[0] = False  # nothing is met
+        matrix = np.array(self.mitsuba_scene.sensors()[0].world_transform().matrix, np.float32).reshape(4, 4)
+        around = np.concatenate([directions(), -directions()]).astype(np.float32)
+        origin = np.repeat(matrix[:3, 3:], len(around), axis=1)
+        shape, behind = self._met(mi.Point3f(origin), mi.Vector3f(around.T))
+        hiding[shape[behind]] = False
+        return np.asarray(hiding)
+
+    def _met(self, places: Any, directions: Any) -> tuple[NDArray[np.uint32], NDArray[np.bool_]]:
+        """The number of the shape that is met first in directions from places, and whether from behind."""
+        import drjit as dr
+        import mitsuba as mi
+
+        ray = mi.Ray3f(places, directions)
+        hit = self.mitsuba_scene.ray_intersect(ray)
+        return np.array(dr.reinterpret_array(mi.UInt32, hit.shape)), np.array(dr.dot(hit.n, ray.d) > 0)
 
 
 def _three(values: Array) -> list[float]:

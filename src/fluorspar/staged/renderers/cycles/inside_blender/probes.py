@@ -23,7 +23,8 @@ class Probes:
     def __init__(self, scene: Any) -> None:
         self.scene = scene
         self.sides: list[list[int]] = []  # of each triangle, which sides its front and back are
-        self.black_back: list[bool] = []
+        self.hiding: list[bool] = []  # whether its back is black, and not seen by the camera
+        self.surface: list[int] = []  # of each triangle, one number for all of a surface
         self.corners: list[Any] = []
         self.triangles: list[tuple[int, ...]] = []
         self.tree: Any = None
@@ -40,8 +41,10 @@ class Probes:
         self.triangles += [
             tuple(first + v for v in triangles[i : i + 3]) for i in range(0, len(triangles), 3)
         ]
-        self.sides += [sides] * (len(triangles) // 3)
-        self.black_back += [black_back] * (len(triangles) // 3)
+        count = len(triangles) // 3
+        self.surface += [len(self.sides)] * count
+        self.sides += [sides] * count
+        self.hiding += [black_back] * count
 
     def hide(self) -> None:
         """Leave the triangles out of renders."""
@@ -58,9 +61,11 @@ class Probes:
         directions: list[list[float]],
     ) -> bytes:
         """Put a triangle at each point, which nothing sees; tell which points see that side below them, and see more
-        than black backs in some directions, of which the third number is along the normal."""
+        than black backs in some directions, of which the third number is along the normal. Backs that the camera sees
+        are those of a room, which hides nothing."""
         if self.tree is None:
             self.tree = BVHTree.FromPolygons(self.corners, self.triangles)
+            self._look_from_camera(directions)
         here, up = taken(points, "f"), taken(normals, "f")
         self.points = len(here) // 3
         seen = bytearray(self.points)
@@ -75,7 +80,7 @@ class Probes:
             x_axis = normal.orthogonal().normalized()
             y_axis = normal.cross(x_axis)
             around = (u * x_axis + v * y_axis + w * normal for u, v, w in directions)
-            seen[k] = seen[k] and not all(self._meets_black_back(place, each) for each in around)
+            seen[k] = seen[k] and not all(self._is_hidden(place, each) for each in around)
             a, b = x_axis * size, y_axis * size
             # the centre of the texel, (1/2, 1/2), is the point
             x, y = k % across, k // across
@@ -85,9 +90,22 @@ class Probes:
         self._put(triangle_mesh(corners, triangles), uvs, across)
         return bytes(seen)
 
-    def _meets_black_back(self, place: Any, direction: Any) -> bool:
+    def _look_from_camera(self, directions: list[list[float]]) -> None:
+        place = self.scene.camera.matrix_world.translation
+        met = [self._met_behind(place, sign * Vector(each)) for each in directions for sign in (1, -1)]
+        rooms = {self.surface[index] for index in met if index is not None}
+        self.hiding = [
+            hides and surface not in rooms for hides, surface in zip(self.hiding, self.surface, strict=True)
+        ]
+
+    def _is_hidden(self, place: Any, direction: Any) -> bool:
+        index = self._met_behind(place, direction)
+        return index is not None and self.hiding[index]
+
+    def _met_behind(self, place: Any, direction: Any) -> Any:
+        """The number of the triangle that is met first, if it is met from behind."""
         _, front, index, _ = self.tree.ray_cast(place, direction)
-        return index is not None and front.dot(direction) > 0 and self.black_back[index]
+        return index if index is not None and front.dot(direction) > 0 else None
 
     def bake(self, out: str) -> None:
         """Write the light that falls on the points, over pi, rows of four."""
