@@ -113,3 +113,27 @@ class TestLeftovers:
         os.utime(left, (at, at))
         write(tmp_path / "a")
         assert left.exists() != removed
+
+
+def test_what_is_called_like_a_journal_of_a_folder_stays(tmp_path: Path) -> None:
+    mine = tmp_path / "room.journal"
+    mine.write_text("mine")
+    temporary = Temporary(tmp_path / "room.zarr", folder=True)
+    temporary.take_place()
+    temporary.drop()
+    assert [path.name for path in tmp_path.iterdir()] == ["room.journal"]
+    assert mine.read_text() == "mine"
+
+
+def test_two_that_begin_a_folder_at_once(tmp_path: Path) -> None:
+    """Expected: one of them gets the place, and the other never replaces what that one is writing."""
+    first, second = (Temporary(tmp_path / "room", folder=True) for _ in range(2))
+    (first.path / "note.txt").write_text("of the first")
+    first.take_place()
+    for replace in (second.take_place, second.keep):
+        with pytest.raises(ImageError, match="another process is writing the folder"):
+            replace()
+    second.drop()
+    first.keep()
+    assert [path.name for path in tmp_path.iterdir()] == ["room"]
+    assert (tmp_path / "room" / "note.txt").read_text() == "of the first"

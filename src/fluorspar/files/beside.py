@@ -69,8 +69,7 @@ class Temporary:
 
     def __init__(self, target: Path, left: Path | None = None, *, folder: bool = False) -> None:
         self._target = target
-        if target.is_dir():
-            check_alone(target, within=True)
+        check_alone(target, within=True)
         _remove_stale(target)
         self._lock = -1
         if left is not None:
@@ -94,8 +93,16 @@ class Temporary:
         self.journal = _journal_of(self.path)
 
     def take_place(self) -> None:
-        """Give a folder the name of its target before it is whole, if there is nothing yet."""
-        if not self._target.exists():
+        """Give a folder the name of its target before it is whole, if there is nothing yet.
+
+        Raises
+        ------
+        ImageError
+            If another process has done so meanwhile.
+        """
+        if self._target.exists():
+            check_alone(self._target, within=True)
+        else:
             os.rename(self.path, self._target)
             self.path = self._target
 
@@ -109,6 +116,7 @@ class Temporary:
         """
         if self.path != self._target:
             if self._target.is_dir():
+                check_alone(self._target, within=True)
                 _exchange(self.path, self._target)
                 shutil.rmtree(self.path, ignore_errors=True)
             else:
@@ -126,7 +134,10 @@ class Temporary:
     def drop(self) -> None:
         """Remove it, if it has not been kept, and its journal."""
         if self._lock >= 0:
-            remove_unfinished(self.path)
+            if self.path == self._target:  # which has no journal: what is called so is the user's
+                _remove(self.path)
+            else:
+                remove_unfinished(self.path)
             self.leave()
 
     def leave(self) -> None:
@@ -157,9 +168,9 @@ def check_alone(target: Path, *, within: bool = False) -> None:
     ImageError
         If one does.
     """
-    there = [target] if target.is_dir() else []
-    if not all(map(_is_free, there if within else [*there, *_temporaries(target)])):
-        what, fix = "store" if there else "file", "wait for it, or write another one"
+    alone = not target.is_dir() or _is_free(target, in_place=True)
+    if not (alone and (within or all(map(_is_free, _temporaries(target))))):
+        what, fix = "folder" if target.is_dir() else "file", "wait for it, or write another one"
         raise ImageError(message(f"another process is writing the {what}", where=target, fix=fix))
 
 
@@ -217,9 +228,8 @@ def _is_here(path: Path) -> bool:
     return f".{_HOST}-" in path.name
 
 
-def _is_free(path: Path) -> bool:
+def _is_free(path: Path, *, in_place: bool = False) -> bool:
     """Whether the writer of a temporary file or folder, or of a folder in place, is dead."""
-    in_place = path.suffix != ".tmp"
     try:
         descriptor = _open(path)
         try:

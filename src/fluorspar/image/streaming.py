@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -54,8 +55,8 @@ def streamed_to(
     Yields
     ------
     Path or None
-        That file; or without one a temporary file, which is there within the body, if the image is large, and else
-        None: it is kept in memory.
+        That file; or without one a temporary file, which is there within the body, if the image is large and there is
+        room for it; else None: it is kept in memory.
 
     Examples
     --------
@@ -64,7 +65,7 @@ def streamed_to(
     None
     """
     needed = bytes_of_image(size, bands, component_errors)
-    if target is not None or not is_large(needed):
+    if target is not None or not is_large(needed) or shutil.disk_usage(temporary_folder()).free < needed:
         yield target
         return
     with TemporaryDirectory(dir=temporary_folder()) as folder:

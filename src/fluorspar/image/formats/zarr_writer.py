@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fluorspar.errors import ImageError, message
 from fluorspar.extras import check_extra
 from fluorspar.files import run_journal
 from fluorspar.files.beside import Temporary
@@ -207,7 +208,13 @@ class ZarrWriter(ImageWriter):
         first = self._group["radiance"]
         for number in range(-(-self.height // self._rows)):
             rows = slice(number * self._rows, (number + 1) * self._rows)
-            known = ~np.isnan(first[0, rows, :, 0].ravel())
+            try:
+                known = ~np.isnan(first[0, rows, :, 0].ravel())
+            except (OSError, RuntimeError, ValueError) as err:
+                fix = "render it anew, without --resume"
+                raise ImageError(
+                    message("the unfinished image is damaged", where=self.path, got=err, fix=fix)
+                ) from err
             self._known[number * self._rows * self.width :][: len(known)] = known
             if known.any() and not known.all():
                 self._spilled[number] = known
