@@ -170,6 +170,7 @@ def test_a_picture_that_changes_is_said(name: str, tmp_path: Path) -> None:
         pickle.loads(pickled).nodes  # noqa: B018 (it is read again)
 
 
+@pytest.mark.filterwarnings("ignore:the aperture is 0.125 degrees")
 def test_points_are_measured_where_a_ray_meets_the_scene(tmp_path: Path) -> None:
     parts = room(tmp_path)
     group = {"type": "shapegroup", "id": "group", "wall": parts.pop("wall")}
