@@ -285,11 +285,8 @@ def _check_rendered(row: Row) -> None:
 @contextmanager
 def _stream(row: Row, source: Scene | LightPaths) -> Iterator[Path | None]:
     """The file that a large image is streamed to while it is made: one of the row, or one that is there meanwhile."""
-    scene = source if isinstance(source, Scene) else source.job.scene
-    size, bands = (
-        (scene.settings.width, scene.settings.height),
-        len(read_grid(row.settings.get("wavelengths"))),
-    )
+    settings = (source if isinstance(source, Scene) else source.job.scene).settings
+    size, bands = (settings.width, settings.height), len(read_grid(row.settings.get("wavelengths")))
     component_errors = bool(row.settings.get("component_errors"))
     target = None
     if is_large(bytes_of_image(size, bands, component_errors)) and not row.settings.get("denoise"):

@@ -139,6 +139,7 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     good = good_bands(header, len(at), path)
     widths = bandwidth(header, at, path)
     order = np.argsort(at, kind="stable")
+    in_order = bool((np.diff(order) == 1).all())
     at, good = at[order], good[order]
     if not good.all():
         _say_bad(at, good, path)
@@ -148,7 +149,7 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
 
     def radiance(rows: slice) -> NDArray[np.float32]:
         values = stored(rows)
-        if (np.diff(order) != 1).any():
+        if not in_order:
             values = values[..., order]
         if within.any():  # bad bands between good ones
             values[..., within] = interpolated(values[..., good], at[good], at[within])

@@ -268,7 +268,6 @@ class _LoadedScene:
         seed: int,
     ) -> NDArray[np.float32]:
         """See `fluorspar.staged.renderers.protocol.LoadedScene`."""
-        import drjit as dr
         import mitsuba as mi
 
         self._set(albedo, emission)
@@ -280,9 +279,7 @@ class _LoadedScene:
             sampler.seed(seed + first // _PROBES, len(here))
             above, down = ((here + offset * up).astype(np.float32), (-up).astype(np.float32))
             ray = mi.RayDifferential3f(o=mi.Point3f(above.T), d=mi.Vector3f(down.T))
-            hit = self.mitsuba_scene.ray_intersect(ray)
-            shape = np.array(dr.reinterpret_array(mi.UInt32, hit.shape))
-            behind = np.array(dr.dot(hit.n, ray.d) > 0)
+            shape, behind = self._met(ray)
             value, _, _ = integrator.sample(self.mitsuba_scene, sampler, ray)
             seen = np.array(value).T
             hidden = self.sides[shape, behind.astype(np.int64)] != 2 * surface + back
@@ -298,7 +295,8 @@ class _LoadedScene:
         for across, aside, along in directions():
             z = mi.Vector3f(up[left].astype(np.float32).T)
             x, y = mi.coordinate_system(z)
-            shape, behind = self._met(mi.Point3f(places[left].T), across * x + aside * y + along * z)
+            ray = mi.Ray3f(mi.Point3f(places[left].T), across * x + aside * y + along * z)
+            shape, behind = self._met(ray)
             left = left[behind & hiding[shape]]
             if not len(left):
                 break
@@ -316,16 +314,15 @@ class _LoadedScene:
         matrix = np.array(self.mitsuba_scene.sensors()[0].world_transform().matrix, np.float32).reshape(4, 4)
         around = np.concatenate([directions(), -directions()]).astype(np.float32)
         origin = np.repeat(matrix[:3, 3:], len(around), axis=1)
-        shape, behind = self._met(mi.Point3f(origin), mi.Vector3f(around.T))
+        shape, behind = self._met(mi.Ray3f(mi.Point3f(origin), mi.Vector3f(around.T)))
         hiding[shape[behind]] = False
         return np.asarray(hiding)
 
-    def _met(self, places: Any, directions: Any) -> tuple[NDArray[np.uint32], NDArray[np.bool_]]:
-        """The number of the shape that is met first in directions from places, and whether from behind."""
+    def _met(self, ray: Any) -> tuple[NDArray[np.uint32], NDArray[np.bool_]]:
+        """The number of the shape that each ray meets first, and whether from behind."""
         import drjit as dr
         import mitsuba as mi
 
-        ray = mi.Ray3f(places, directions)
         hit = self.mitsuba_scene.ray_intersect(ray)
         return np.array(dr.reinterpret_array(mi.UInt32, hit.shape)), np.array(dr.dot(hit.n, ray.d) > 0)
 

@@ -31,17 +31,8 @@ def render(number: int, bounces: int, seed: int, scale: int, out: str, **spectra
     return {"seconds": time.perf_counter() - began}
 
 
-def look(
-    number: int,
-    points: str,
-    normals: str,
-    side: int,
-    offset: float,
-    size: float,
-    directions: list[list[float]],
-    out: str,
-) -> dict[str, Any]:
-    seen = HELD[number].probes.look(points, normals, side, offset, size, directions)
+def look(number: int, out: str, **where: Any) -> dict[str, Any]:
+    seen = HELD[number].probes.look(**where)
     with open(out, "wb") as file:
         file.write(seen)
     return {}
