@@ -31,9 +31,7 @@ _RUNS = 8
 _TASK = 64 * 2**20  # bytes that come back at once
 _SHARES = 4  # tasks of each worker that what is left is enough for, so that none waits long for the last
 _BEGUN = 3  # tasks of each worker, of which one is being done: the others are there when it is
-_BEGUN_LARGE = (
-    1  # tasks of more than `_TASK`: their results wait in the worker, which is faster than the client
-)
+_BEGUN_LARGE = 1  # tasks of more than `_TASK`: their results wait in the worker, which is the faster one
 _LOOK = 5.0  # seconds after which new workers are looked for
 _TRIES = 2
 _PATH = 60  # bytes of packed light paths, at the most of what was seen
