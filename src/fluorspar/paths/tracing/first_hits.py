@@ -1,6 +1,7 @@
 """What the camera sees first: colours and normals of surfaces, without light, which tell a denoiser where edges are.
 
-A pass of its own, of a few samples spread over each pixel: the tracers record nothing more than light paths need.
+A pass of its own, of a few samples spread over each pixel: the tracers record nothing more than light paths need. A
+pixel that shows an edge or a texture gets more of them.
 """
 
 from __future__ import annotations
@@ -23,8 +24,11 @@ __all__ = ["first_hits"]
 
 Array = NDArray[np.float32]
 
-_FEWEST, _MOST = 32, 256  # samples of a pixel
+_FIRST = 16  # samples of a pixel
+_LATER, _MOST = 4, 256  # of one with an edge: 4 for each sample of the image, 256 at most
+_SPREAD = 0.05  # of colours and normals within a pixel, from which it has an edge
 _PIXELS = 1 << 18  # at a time
+_NUMBERS = 8  # of a pixel, see `_look`
 _MIRRORS = 6  # smooth surfaces that are looked through
 
 
@@ -34,7 +38,7 @@ def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
     Parameters
     ----------
     scene : Scene
-        With the size of the image, and as many samples as it has: between 32 and 256 of them are taken.
+        With the size and the samples of the image.
     colours : ndarray of shape (rows, 3)
         Three numbers for each row of its materials or, behind them, texels.
 
@@ -44,8 +48,8 @@ def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
         Means over the pixel, 0 where nothing is seen: colours, each times how much is reflected, behind mirrors and
         glass those of what is seen there; and normals in the frame of the scene, towards the camera.
     """
-    scene = scene.with_settings(spp=min(max(scene.settings.spp, _FEWEST), _MOST))
-    settings = scene.settings
+    samples = min(max(_LATER * scene.settings.spp, 2 * _FIRST), _MOST)
+    settings = scene.with_settings(spp=samples).settings
     survival = np.ones(len(colours), np.float32)
     tracer: Tracer
     if scene.lobes is None:
@@ -53,31 +57,36 @@ def first_hits(scene: Scene, colours: Array) -> tuple[Array, Array]:
     else:
         tracer = LobeTracer(build_lobe_scene(scene), settings, survival, 0)
     table = mi.Float(np.asarray(colours, np.float32).ravel())
-    samples = dr.opaque(
-        mi.UInt32, settings.spp
-    )  # a number written into the kernel would mean a new one for each
-    count = settings.width * settings.height
-    colour, normal = (np.empty((count, 3), np.float32) for _ in range(2))
-    for first in range(0, count, _PIXELS):
-        pixels = min(_PIXELS, count - first)
-        seen = _look(tracer, table, dr.opaque(mi.UInt32, first), pixels, samples)
-        for out, values in zip((colour, normal), seen, strict=True):
-            out[first : first + pixels] = np.stack([value.numpy() for value in values], axis=1)
+    seen = np.empty((settings.width * settings.height, _NUMBERS), np.float32)
+    for first in range(0, len(seen), _PIXELS):
+        some = seen[first : first + _PIXELS]
+        some[:] = _look(tracer, table, np.arange(first, first + len(some)), 0, _FIRST)
+        mean = some[:, :6] / np.maximum(some[:, 7:], 1)
+        edges = np.flatnonzero(
+            some[:, 6] / np.maximum(some[:, 7], 1) - np.square(mean).sum(axis=1) > _SPREAD**2
+        )
+        if len(edges):
+            some[edges] += _look(tracer, table, first + edges, _FIRST, samples)
+    means = seen[:, :6] / np.maximum(seen[:, 7:], 1)
+    colour, normal = (np.ascontiguousarray(each, np.float32) for each in np.split(means, 2, axis=1))
     shape = (settings.height, settings.width, 3)
     return colour.reshape(shape), normal.reshape(shape)
 
 
+def _look(tracer: Tracer, table: Any, pixels: NDArray[np.integer], start: int, stop: int) -> Array:
+    """Sums over samples of some pixels: colours, normals, the squares of both, and how many count."""
+    # Numbers written into the kernel would mean a new one for each.
+    from_sample, to_sample = (dr.opaque(mi.UInt32, number) for number in (start, stop))
+    sums = _sums(tracer, table, mi.UInt32(pixels.astype(np.uint32)), from_sample, to_sample)
+    return np.stack([value.numpy() for value in sums], axis=1)
+
+
 @dr.syntax
-def _look(tracer: Tracer, table: Any, first: Any, pixels: int, samples: Any) -> tuple[Any, Any]:
-    """Mean colour and normal of some pixels, one sample after another."""
-    pixel = dr.arange(mi.UInt32, pixels) + first
-    colour, normal, count = (
-        dr.zeros(mi.Vector3f, pixels),
-        dr.zeros(mi.Vector3f, pixels),
-        dr.zeros(mi.Float, pixels),
-    )
-    sample = mi.UInt32(0)
-    while sample < samples:
+def _sums(tracer: Tracer, table: Any, pixel: Any, sample: Any, stop: Any) -> tuple[Any, ...]:
+    zero = dr.zeros(mi.Float, dr.width(pixel))
+    colour, normal, squares, count = mi.Vector3f(zero), mi.Vector3f(zero), mi.Float(zero), mi.Float(zero)
+    sample = mi.UInt32(sample)
+    while sample < stop:
         ray = camera_ray(tracer, pixel, sample)
         counts = mi.Bool(True)
         if dr.hint(isinstance(tracer, LobeTracer), mode="scalar"):
@@ -86,12 +95,12 @@ def _look(tracer: Tracer, table: Any, first: Any, pixels: int, samples: Any) -> 
             shown, facing = _seen(tracer, table, ray)
         colour += dr.select(counts, shown, 0.0)
         normal += dr.select(counts, facing, 0.0)
+        squares += dr.select(counts, dr.squared_norm(shown) + dr.squared_norm(facing), 0.0)
         count += dr.select(counts, mi.Float(1), 0.0)
         sample += 1
-    count = dr.maximum(count, 1)
-    colour, normal = colour / count, normal / count
-    dr.eval(colour, normal)
-    return colour, normal
+    sums = (*colour, *normal, squares, count)
+    dr.eval(sums)
+    return sums
 
 
 def _seen(tracer: Tracer, table: Any, ray: Any) -> tuple[Any, Any]:
