@@ -13,7 +13,7 @@ __all__ = ["batch_count", "error_freedom", "sample_sets"]
 _BATCHES = 32
 _LARGEST = 256  # samples of a batch: in single precision longer sums lose small terms
 _FEWEST_PIXELS = 25
-_POOLED_FREEDOM = 40.0
+_POOLED_FREEDOM = 25.0
 _MOST_SAMPLES = (
     8192  # beyond, a run of pixels that is traced at a time is no larger than a window of `pooled_errors`
 )
@@ -53,7 +53,7 @@ def error_freedom(settings: Settings) -> float:
     --------
     >>> from fluorspar.scene.settings import Settings
     >>> error_freedom(Settings(256, 256, 64)), error_freedom(Settings(4, 4, 64))
-    (40.0, 31.0)
+    (25.0, 31.0)
     """
     if sample_sets(settings) == 2:
         return min(_POOLED_FREEDOM, 0.8 * settings.width * settings.height)
