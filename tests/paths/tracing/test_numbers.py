@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fluorspar.paths.tracing.sobol import MOST_DIMENSIONS, sobol_points
 from fluorspar.scene.settings import Settings
 from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
@@ -98,3 +99,11 @@ def test_single_numbers_are_uniform_and_independent() -> None:
     means = values.mean(axis=-1)  # of independent numbers, unlike those that are spread
     assert means.std() == pytest.approx(1 / np.sqrt(12 * 64), rel=0.02)
     assert np.abs(np.corrcoef(values.reshape(8, -1)) - np.eye(8)).max() < 4.5 / np.sqrt(values[0].size)
+
+
+@pytest.mark.parametrize("bits", [1, 5, 12])
+def test_sobols_sequence_is_that_of_scipy(bits: int) -> None:
+    from scipy.stats import qmc
+
+    expected = qmc.Sobol(MOST_DIMENSIONS, scramble=False, bits=32).random(1 << bits)
+    np.testing.assert_array_equal(sobol_points(MOST_DIMENSIONS, bits).T / 2.0**bits, expected)

@@ -12,7 +12,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
 
 from fluorspar.paths.tracing.numbers import LIGHT, Numbers
 
@@ -214,6 +213,8 @@ def _irradiance(grid: _Grid, emitters: Any) -> NDArray[np.float64]:
 
 def _shares(irradiance: NDArray[np.float64], power: NDArray[np.floating]) -> NDArray[np.float64]:
     """How probable each light is in each cell, but for a factor of the cell; of the shape of `irradiance`."""
+    from scipy.ndimage import uniform_filter
+
     of_unit = irradiance.mean(axis=(0, 1, 2))
     mean = float((of_unit * power).mean()) or 1.0
     powers = power + _DARK * mean * np.divide(1, of_unit, out=np.zeros_like(of_unit), where=of_unit > 0)

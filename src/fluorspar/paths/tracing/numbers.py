@@ -10,7 +10,7 @@ References
 ----------
 A. B. Owen, "Scrambling Sobol' and Niederreiter-Xing points", J. Complexity 14, 1998; S. Laine and T. Karras,
 "Stratified sampling for stochastic transparency", CGF 30(4), 2011; B. Burley, "Practical hash-based Owen scrambling",
-JCGT 9(4), 2020. Directions of Sobol's sequence: S. Joe and F. Y. Kuo, SIAM J. Sci. Comput. 30, 2008.
+JCGT 9(4), 2020.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
+from fluorspar.paths.tracing.sobol import sobol_points
 from fluorspar.scene.sample_sets import sample_sets
 from fluorspar.scene.settings import Settings
 
@@ -105,9 +105,9 @@ def _points(bits: int) -> NDArray[np.uint32]:
 
     They have no more than `bits` bits; the second number of a pair is in the upper half of an entry.
     """
-    points = qmc.Sobol(2 << _PAIRS_BITS, scramble=False, bits=32).random(1 << bits)
-    octets = (points * 2.0**32).astype(">u4").view(np.uint8)
-    reversed_bits = np.packbits(np.unpackbits(octets), bitorder="little").view("<u4").reshape(points.shape).T
+    points = sobol_points(2 << _PAIRS_BITS, bits)
+    octets = (points << 32 - bits).astype(">u4").view(np.uint8)
+    reversed_bits = np.packbits(np.unpackbits(octets), bitorder="little").view("<u4").reshape(points.shape)
     pairs: NDArray[np.uint32] = (reversed_bits[::2] | reversed_bits[1::2] << 16).astype(np.uint32)
     return pairs[list(_ORDER)]
 
