@@ -13,10 +13,12 @@ import fluorspar
 from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import xyz_from_radiance
 from fluorspar.comparing.whites import lab_of
-from fluorspar.errors import FluorsparError, ImageError
+from fluorspar.errors import FluorsparError, FluorsparWarning, ImageError
 from fluorspar.extras import check_extra
 from fluorspar.image import computed, dataset
+from fluorspar.image.converted import converted
 from fluorspar.image.spectral_image import SpectralImage
+from fluorspar.measuring.point_spectra import read_point_spectra, write_point_spectra
 from fluorspar.measuring.points import Point
 from fluorspar.spectral.wavelengths import Wavelengths
 
@@ -140,6 +142,25 @@ def test_comparisons_give_no_verdict_on_noise(box: Renders) -> None:
     assert "A is denoised" in found.images.noise.doubt
 
 
+def test_spectra_of_points_remember_that_the_image_was_denoised(box: Renders, tmp_path: Path) -> None:
+    measured = fluorspar.measure(box.clean, [Point("floor", (48, 80))], aperture="9px")
+    write_point_spectra(measured, tmp_path / "points.csv")
+    truth = fluorspar.measure(box.converged, [Point("floor", (48, 80))], aperture="9px")
+    for table in measured, read_point_spectra(tmp_path / "points.csv"):
+        found = fluorspar.compare(table, truth)
+        assert found.points is not None
+        assert found.points.noise is not None
+        assert found.points.noise.differs is None
+        assert "A is denoised" in found.points.noise.doubt
+
+
+def test_converted_images_keep_both_errors(box: Renders) -> None:
+    kept = converted(box.clean, wavelengths=Wavelengths(400, 700, 20)).dataset
+    assert "standard_error" not in kept
+    for name in "denoised_error", "noisy_standard_error":
+        np.testing.assert_array_equal(kept[name], box.clean.dataset[name][..., ::2])
+
+
 def test_the_same_image_gives_the_same_result(box: Renders) -> None:
     again = box.noisy.denoised(threads=1)
     for name in ("radiance", "denoised_error"):
@@ -207,6 +228,54 @@ def test_few_bands_and_no_standard_error(bands: int) -> None:
     assert np.std(clean.total().values[..., 0]) < 0.25 * np.std(noisy[..., 0])
     assert "noisy_standard_error" not in clean.dataset
     assert (clean.dataset["denoised_error"] > 0).all()
+
+
+def test_noise_that_is_not_known_is_estimated() -> None:
+    """Of one sample per pixel no standard error is known, and it is not 0."""
+    noisy = fluorspar.render("cornell-box", size=SIZE, spp=1, wavelengths=GRID)
+    assert np.isnan(noisy.dataset["standard_error"]).all()
+    clean = noisy.denoised()
+    converged = fluorspar.render("cornell-box", size=SIZE, spp=256, seed=1, wavelengths=GRID)
+    assert colour_difference(clean, converged) < 0.25 * colour_difference(noisy, converged)
+    lit = converged.component("source").values.max(axis=-1) == 0
+    off = np.abs(clean.total() - converged.total()).values[lit]
+    assert np.mean(off < 2 * clean.dataset["denoised_error"].values[lit]) > 0.8
+
+
+def test_bands_of_noise_around_zero_stay_as_they_are() -> None:
+    """As of a camera whose dark signal was taken off."""
+    rng = np.random.default_rng(2)
+    values = np.repeat(1 + 0.2 * rng.standard_normal((1, 40, 40, 1)), 31, axis=3)
+    values[..., -6:] = 0.01 * rng.standard_normal((1, 40, 40, 6)) - 0.002
+    image = SpectralImage.from_arrays(values, Wavelengths.parse(GRID), components=["total"])
+    with pytest.warns(
+        FluorsparWarning, match="bands hold noise around zero instead of light, between 650 and 700"
+    ):
+        clean = image.denoised()
+    total, error = clean.total().values, clean.dataset["denoised_error"].values
+    assert np.isfinite(total).all()
+    assert np.isfinite(error).all()
+    assert total[..., :20].std() < 0.25 * values[0, ..., :20].std()
+    np.testing.assert_allclose(total[..., -6:].mean(), values[..., -6:].mean(), atol=0.0005)
+    assert error[..., -5:].mean() > 0.003  # the noise, which is left: 0.01 in each of 6 bands
+
+
+@pytest.mark.parametrize("size", [np.inf, -1e36])
+def test_a_value_that_is_no_radiance_is_named(size: float) -> None:
+    image = two_dyes(0.15)
+    image.dataset["radiance"].values[0, 5, 7, 3] = size
+    with pytest.raises(ImageError, match=r"too large to denoise\n.*pixel \(7, 5\)"):
+        image.denoised()
+
+
+def test_guides_of_another_scene_are_told(box: Renders) -> None:
+    with pytest.warns(
+        FluorsparWarning, match="of scene 'furnace', and the image says that it shows 'cornell-box'"
+    ):
+        box.noisy.denoised(scene="furnace")
+    paths = fluorspar.trace("cornell-box", size=(16, 16), spp=4, wavelengths=GRID)
+    with pytest.warns(FluorsparWarning, match="materials, and the image shows others: poster-orange"):
+        paths.image(materials={"left-wall": "poster-orange"}).denoised()
 
 
 def test_darkness_stays_dark() -> None:

@@ -84,5 +84,9 @@ def _noise(a: PointSide, b: PointSide, terms: Terms) -> NoiseVerdict | None:
         freedom=combined_freedom(of_mean, of_mean_squared),
     )
     return explained_by_noise(
-        differences, " and ".join(known_of), scale_error=terms.scale.error, same_seed=terms.same_seed
+        differences,
+        " and ".join(known_of),
+        scale_error=terms.scale.error,
+        same_seed=terms.same_seed,
+        denoised=" and ".join(name for name, side in (("A", a), ("B", b)) if side.spectra.denoised),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
@@ -13,10 +14,10 @@ from numpy.typing import NDArray
 
 from fluorspar.denoising.errors import relative_error
 from fluorspar.denoising.finishing import finish
-from fluorspar.denoising.oidn import denoise_channels
+from fluorspar.denoising.oidn import denoise_channels, holds_light
 from fluorspar.denoising.pictures import Picture, channels_of_errors, pictures_of, strips
 from fluorspar.denoising.windows import mean_around, noise_around, noisy_share
-from fluorspar.errors import ImageError, message
+from fluorspar.errors import FluorsparWarning, ImageError, message
 from fluorspar.extras import check_extra
 from fluorspar.image.computed import computed
 from fluorspar.image.dataset import names_of, values_of
@@ -75,18 +76,13 @@ def denoise(
         raise ImageError(message("the image is denoised already", got=how, fix="denoise the noisy one"))
     if surfaces is None:
         known = scene_of(image.attrs, scene)
+        if known is not None:
+            _check_scene(known, image)
         surfaces = None if known is None else surfaces_of(known, image)
     names = [name for name in image.components if name != _SOURCE]
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
         *parts, whole = pictures_of(dataset, names, _CHANNELS, pool)
-        if whole.channels.mean() < 0:
-            raise ImageError(
-                message(
-                    "there is no light to denoise",
-                    got="a negative radiance, on average over the image",
-                    fix="denoise images of light, and take their difference afterwards",
-                )
-            )
+        _check_light(whole, image.wavelengths.values)
         lit = {name: part for name, part in zip(names, parts, strict=True) if part.channels.any()}
         error = _denoise_total(whole, dataset, surfaces, pool)
         if len(lit) > 1:  # one alone is the total
@@ -143,19 +139,28 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
     noisy, lamps = picture.channels, _lamps(dataset)
     clean = denoise_channels(noisy, surfaces, qualities=_QUALITIES, own_means=True)
     removed = noisy - clean
+    holds = holds_light(noisy)
+    lit = np.flatnonzero(holds)
+    unknown = np.where(holds, removed, noisy)  # what was removed, or is noise and stays
+    errors = np.stack([np.maximum(mean_around(x**2, _WINDOW), 0) for x in np.moveaxis(unknown, 2, 0)], axis=2)
+    errors = np.sqrt(errors)
     if "standard_error" in dataset:
-        errors = channels_of_errors(dataset, "standard_error", _CHANNELS[1], pool)
+        stated = channels_of_errors(dataset, "standard_error", _CHANNELS[1], pool)
+        errors = np.where(np.isfinite(stated), stated, errors)  # of one sample they are not known
         errors[lamps] = np.abs(removed[lamps])  # theirs are those of the lamp
-    else:
-        errors = np.stack([np.sqrt(mean_around(x**2, _WINDOW)) for x in np.moveaxis(removed, 2, 0)], axis=2)
-    scale = 1 / np.maximum(clean.mean(axis=(0, 1)), np.finfo(np.float32).tiny)
-    variance = (errors * scale).mean(axis=2) ** 2
-    own = noisy_share((removed * scale).mean(axis=2), mean_around(variance, _WINDOW), _WINDOW)
-    share = relative_error(clean[..., ::2], errors[..., ::2], surfaces)
+    scale = 1 / np.maximum(clean[..., lit].mean(axis=(0, 1)), np.finfo(np.float32).tiny)
+    variance = (errors[..., lit] * scale).mean(axis=2) ** 2
+    own = noisy_share((removed[..., lit] * scale).mean(axis=2), mean_around(variance, _WINDOW), _WINDOW)
+    three = lit[:: -(-len(lit) // 3)]
+    share = relative_error(clean[..., three], errors[..., three], surfaces)
     of_clean = np.stack([share * mean_around(x, _WINDOW) for x in np.moveaxis(clean, 2, 0)], axis=2)
     own = own[..., np.newaxis]
-    left = np.hypot((1 - own) * of_clean, own * errors)
+    left = errors.copy()
+    left[..., lit] = np.hypot((1 - own) * of_clean, own * errors)[..., lit]
     picture.channels = clean + own * removed
+    of_noise = np.where(holds, 0, picture.ranges > 0).T.astype(
+        np.float32
+    )  # which no channel of light predicts
 
     def error(out: Array, first: int, rows: slice) -> None:
         by_channels = np.sqrt(np.square(left[rows]) @ np.square(picture.spectra))
@@ -164,12 +169,51 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
         level = np.maximum(picture.channels[rows].mean(axis=2, keepdims=True), _LEVEL * mean)
         on_average = np.divide(mean, level, out=np.zeros_like(mean), where=level > 0)
         values = np.maximum(by_channels, on_average * np.abs(picture.channels[rows] @ picture.spectra))
+        values = np.maximum(values, left[rows] @ of_noise)
         if lamps[rows].any() and "standard_error" in dataset:
             of_lamps = values_of(dataset, "standard_error", rows)
             values[lamps[rows]] = np.hypot(values, of_lamps)[lamps[rows]]
         out[rows.start - first : rows.stop - first] = values
 
     return error
+
+
+def _check_scene(scene: Scene, image: SpectralImage) -> None:
+    """Say that the guides show other surfaces than the image."""
+    shown, materials = image.attrs.get("scene"), image.attrs.get("materials")
+    other = ""
+    if shown and shown != scene.name:
+        other = f"of scene {scene.name!r}, and the image says that it shows {shown!r}"
+    elif isinstance(materials, dict) and (missing := materials.keys() - scene.used.keys()):
+        other = f"of the scene's own materials, and the image shows others: {', '.join(sorted(missing))}"
+    if other:
+        warnings.warn(
+            f"the colours that guide the denoiser are those {other}; use --denoise of 'render' or 'relight', or in "
+            "Python image.denoised(scene=load_scene(..., materials=...))",
+            FluorsparWarning,
+            stacklevel=5,
+        )
+
+
+def _check_light(picture: Picture, wavelengths: NDArray[np.float64]) -> None:
+    """Say which wavelengths hold noise around zero instead of light."""
+    dark = ~holds_light(picture.channels)
+    if dark.all():
+        raise ImageError(
+            message(
+                "there is no light to denoise",
+                got="radiances about zero or negative, on average over the image",
+                fix="denoise images of light, and take their difference afterwards",
+            )
+        )
+    if dark.any():
+        at = wavelengths[picture.ranges[:, dark].any(axis=1)]
+        warnings.warn(
+            f"{len(at)} of {len(wavelengths)} bands hold noise around zero instead of light, between {at[0]:g} and "
+            f"{at[-1]:g} nm: they are not denoised",
+            FluorsparWarning,
+            stacklevel=5,
+        )
 
 
 def _denoise_components(pictures: list[Picture], surfaces: Surfaces | None, pool: Executor) -> None:

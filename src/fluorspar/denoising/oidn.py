@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from fluorspar.denoising.windows import block_factors
 
-__all__ = ["denoise_channels"]
+__all__ = ["denoise_channels", "holds_light"]
 
 Array = NDArray[np.float32]
 
+_NEGATIVE = 0.25  # of the mean of a channel: what its negative values may add up to
 _MEGABYTES = 400  # that the network may take, for it takes more the larger the picture is
 
 
@@ -29,7 +30,7 @@ def denoise_channels(
     Parameters
     ----------
     channels : ndarray of shape (Y, X, n)
-        In any unit; NaN counts as 0.
+        In any unit; NaN counts as 0. Those that hold no light, see `holds_light`, are returned as they are.
     surfaces : (ndarray, ndarray), optional
         Colours and normals of shape (Y, X, 3), see `seen_first`.
     qualities : sequence of str
@@ -45,12 +46,12 @@ def denoise_channels(
     if surfaces is not None:
         of_surfaces = (np.ascontiguousarray(each, np.float32) for each in surfaces)
         guides = dict(zip(("albedo", "normal"), of_surfaces, strict=True))
-    count = channels.shape[2]
-    calls = -(-count // 3)
-    out = np.empty_like(channels)
+    lit = np.flatnonzero(holds_light(channels))
+    calls = -(-len(lit) // 3)
+    out = channels.copy()
     for call in range(calls):
         # 0, 2, 4 and 1, 3, 5: each three reach over all wavelengths, as those of a picture do
-        taken = np.arange(call, count, calls)
+        taken = lit[call::calls]
         part = np.nan_to_num(channels[..., np.resize(taken, 3)])
         scale = np.maximum(part.mean(axis=(0, 1), dtype=np.float64), np.finfo(np.float32).tiny).astype(
             np.float32
@@ -60,6 +61,21 @@ def denoise_channels(
         for n, denoised in zip(taken, np.moveaxis(clean, 2, 0), strict=False):
             out[..., n] = denoised * block_factors(channels[..., n], denoised) if own_means else denoised
     return out
+
+
+def holds_light(channels: Array) -> NDArray[np.bool_]:
+    """Whether channels are of light, ndarray of shape (n,), and not noise around zero, as of a camera in the dark.
+
+    A denoiser takes negative values for 0, so the mean of such noise would grow.
+
+    Examples
+    --------
+    >>> holds_light(np.array([[[0, 1, 1, -2]], [[0, 2, -1, 1]]], np.float32).reshape(2, 1, 4))
+    array([ True,  True, False, False])
+    """
+    known = np.nan_to_num(channels)
+    negative = -np.minimum(known, 0).mean(axis=(0, 1), dtype=np.float64)
+    return np.asarray(negative <= _NEGATIVE * known.mean(axis=(0, 1), dtype=np.float64))
 
 
 def _picture(noisy: Array, guides: dict[str, Any], called: str) -> Array:

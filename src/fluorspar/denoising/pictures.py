@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fluorspar.denoising.channels import channel_ranges, channel_spectra, second_moment
+from fluorspar.errors import ImageError, message
 from fluorspar.image.dataset import values_of
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ __all__ = ["Picture", "channels_of_errors", "pictures_of", "strips"]
 Array = NDArray[np.float32]
 
 _LOOKED_AT = 16  # strips, and more: these tell the spectra of the image
+_LARGEST, _INFINITE = 1e18, 1e38
 _ROWS = 16  # at a time: what stays in the caches
 
 
@@ -63,6 +65,11 @@ def pictures_of(
     counts : (int, int)
         Channels of a component, and of the sum.
     pool : Executor
+
+    Raises
+    ------
+    ImageError
+        If a value is infinite, or too large to be squared.
     """
     height, width, bands = (dataset.sizes[dim] for dim in ("y", "x", "wavelength"))
     ranges = [channel_ranges(bands, counts[0])] * len(names) + [channel_ranges(bands, counts[1])]
@@ -78,12 +85,15 @@ def pictures_of(
             if number < len(names):
                 values = values_of(dataset, "radiance", rows, names[number])
                 light += values
-            noisy[number][rows] = np.nan_to_num(values @ ranges[number])
+            with np.errstate(invalid="ignore"):  # of infinite values, which are refused below
+                noisy[number][rows] = np.nan_to_num(values @ ranges[number])
             if rows.start // _ROWS % every == 0:
                 moments.append(second_moment(values))
         return moments
 
     looked_at = [of_strip for of_strip in pool.map(read, strips(0, height)) if of_strip]
+    for channels, name in zip(noisy, [*names, "total"], strict=True):
+        _check_size(channels, name)
     moments = [np.sum(parts, axis=0) for parts in zip(*looked_at, strict=True)]
     return [
         Picture(channels, of, channel_spectra(of, moment))
@@ -91,13 +101,28 @@ def pictures_of(
     ]
 
 
+def _check_size(channels: Array, component: str) -> None:
+    sizes = np.abs(channels).max(axis=2)
+    y, x = np.unravel_index(np.argmax(sizes), sizes.shape)
+    if sizes[y, x] > _LARGEST:
+        raise ImageError(
+            message(
+                "a radiance is too large to denoise",
+                where=f"pixel ({x}, {y}), component {component}",
+                got="infinite" if sizes[y, x] > _INFINITE else f"{sizes[y, x]:g}",
+                expected=f"no more than {_LARGEST:g}",
+                fix="see whether the file is damaged, or divide the image by a number",
+            )
+        )
+
+
 def channels_of_errors(dataset: xr.Dataset, variable: str, count: int, pool: Executor) -> Array:
-    """Channels of standard errors; the bands of a pixel are fully correlated."""
+    """Channels of standard errors, NaN where not known; the bands of a pixel are fully correlated."""
     height, width, bands = (dataset.sizes[dim] for dim in ("y", "x", "wavelength"))
     ranges, channels = channel_ranges(bands, count), np.empty((height, width, count), np.float32)
 
     def read(rows: slice) -> None:
-        channels[rows] = np.nan_to_num(values_of(dataset, variable, rows) @ ranges)
+        channels[rows] = values_of(dataset, variable, rows) @ ranges
 
     list(pool.map(read, strips(0, height)))
     return channels

@@ -135,17 +135,17 @@ def _errors(
     kept: tuple[str, ...],
     on_grid: Callable[[Values, bool], Values],
 ) -> dict[str, Callable[[slice], Values]]:
-    """Standard errors, rows of them, of the total and of the components that are left, as far as they are known."""
+    """Errors, rows of them, of the total and of the components that are left, as far as they are known."""
     held = image.dataset
 
     def of(variable: str, name: str | None = None) -> Callable[[slice], Values]:
         return lambda rows: on_grid(values_of(held, variable, rows, name), True)
 
     known = {}
-    if kept == select(None, image.components) and "standard_error" in held:
-        known["standard_error"] = of("standard_error")
-    elif kept == select(None, image.components) and "denoised_error" in held:
-        known["standard_error"] = of("denoised_error")
+    if kept == select(None, image.components):
+        for variable in "standard_error", "denoised_error", "noisy_standard_error":
+            if variable in held:
+                known[variable] = of(variable)
     elif len(kept) == 1 and "component_standard_error" in held:
         known["standard_error"] = of("component_standard_error", kept[0])
     if component is None and "component_standard_error" in held:

@@ -130,9 +130,7 @@ def measure(
             f"mean under an aperture of {aperture}{width}" + ("" if component is None else f", {component}")
         ]
         if is_denoised(image):
-            notes.append(
-                f"a denoised image ({image.attrs['denoised']}): errors are estimated, and pixels share them"
-            )
+            notes.append("the image is denoised: errors are estimated, and pixels share them")
         if of_error := known_error(image, component).note:
             notes.append(of_error)
         lit = is_all_light(image, component)
@@ -147,6 +145,7 @@ def measure(
             notes=tuple(notes),
             correlated=True,
             freedom=freedom,
+            denoised=str(image.attrs.get("denoised", "")),
         ).through(bandwidth)
     if bandwidth and (assumption := beyond_the_data(spectra.grid, spectra.grid, bandwidth)):
         spectra = replace(spectra, notes=(*spectra.notes, assumption))

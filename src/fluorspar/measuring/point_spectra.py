@@ -54,6 +54,8 @@ class PointSpectra:
         independent.
     freedom : ndarray of shape (P,), optional
         Degrees of freedom of the standard errors of each point; None: they count as known.
+    denoised : str
+        How the image was denoised that they were measured in: pixels share errors, which are estimates.
 
     Raises
     ------
@@ -77,6 +79,7 @@ class PointSpectra:
     notes: tuple[str, ...] = ()
     correlated: bool = False
     freedom: Array | None = None
+    denoised: str = ""
 
     def __post_init__(self) -> None:
         expected = (len(self.names), len(self.bands.grid))
@@ -218,7 +221,8 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     perhaps `standard_error` and its degrees of `freedom` (without them the errors count as known); or wide, with the
     column `wavelength` first and then one column for each point. A comment line `# bandwidth: 10` gives the
     instrument's FWHM in nm (0: samples), `# unit: W m-2 sr-1 nm-1` the unit (else it is "not stated", and luminances
-    are relative), and `# errors: correlated` says that the errors of the bands are fully correlated, as in a render.
+    are relative), `# errors: correlated` says that the errors of the bands are fully correlated, as in a render, and
+    `# denoised: how` that the image was denoised.
 
     Parameters
     ----------
@@ -272,9 +276,16 @@ def read_point_spectra(path: str | os.PathLike[str]) -> PointSpectra:
     bands = Bands(grid, bandwidth_of(table))
     unit = table.keys.get("unit") or NOT_STATED
     correlated = correlated_in(table)
-    title = text_of(path.name)
     return PointSpectra(
-        names, bands, radiance, error, unit, title=title, correlated=correlated, freedom=freedom
+        names,
+        bands,
+        radiance,
+        error,
+        unit,
+        title=text_of(path.name),
+        correlated=correlated,
+        freedom=freedom,
+        denoised=table.keys.get("denoised", ""),
     )
 
 
@@ -307,6 +318,8 @@ def write_point_spectra(spectra: PointSpectra, path: str | os.PathLike[str]) -> 
         stream.write(f"# bandwidth: {spectra.bands.fwhm:g}\n")
     if spectra.standard_error is not None and spectra.correlated:
         stream.write("# errors: correlated\n")
+    if spectra.denoised:
+        stream.write(f"# denoised: {spectra.denoised}\n")
     luminances, illuminances = spectra.luminance(), spectra.illuminance()
     absolute = same_unit(spectra.unit, UNITS)
     for name, value in zip(spectra.names, luminances, strict=True):

@@ -88,4 +88,5 @@ def measure_regions(
         notes=(f"means over pixels: {'; '.join(places)}",),
         correlated=True,
         freedom=np.array(freedom) if known else None,
+        denoised=str(image.attrs.get("denoised", "")),
     )

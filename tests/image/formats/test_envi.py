@@ -46,6 +46,11 @@ class TestOurs:
         assert read.wavelengths == image.wavelengths
         np.testing.assert_array_equal(read.total(), image.total())
 
+    def test_a_denoised_image_says_so(self, image, tmp_path):
+        image.dataset.attrs["denoised"] = "Open Image Denoise, guided by colours and normals of surfaces"
+        image.save(tmp_path / "a.hdr")
+        assert SpectralImage.open(tmp_path / "a.hdr").attrs["denoised"] == image.attrs["denoised"]
+
     def test_the_bandwidth_is_the_fwhm_of_the_header(self, image, tmp_path):
         image.dataset.attrs["bandwidth_nm"] = 7.5
         image.save(tmp_path / "a.hdr")

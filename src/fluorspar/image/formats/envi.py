@@ -19,6 +19,7 @@ from fluorspar.image.components import TOTAL, select, sum_of
 from fluorspar.image.computed import computed
 from fluorspar.image.dataset import add_up, grid_of, names_of, row_blocks
 from fluorspar.image.formats.envi_header import (
+    KEPT,
     bandwidth,
     good_bands,
     header_of,
@@ -159,7 +160,7 @@ def read_envi(path: str | os.PathLike[str]) -> xr.Dataset:
     attrs = {
         "source_file": text_of(path.name),
         "description": str(header.get("description", "")),
-        **({"components": str(header["components"])} if "components" in header else {}),
+        **{name: str(header[name]) for name in KEPT if name in header},
         **stated_by(header),
         **widths,
     }

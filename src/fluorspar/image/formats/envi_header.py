@@ -15,6 +15,7 @@ from fluorspar.image.units import NOT_STATED, quantity_of, stated, unit_of, wave
 from fluorspar.spectral.wavelengths import Wavelengths
 
 __all__ = [
+    "KEPT",
     "bandwidth",
     "good_bands",
     "header_of",
@@ -24,6 +25,9 @@ __all__ = [
     "stated_by",
     "wavelengths",
 ]
+
+KEPT = "components", "denoised"
+"""Attributes that are fields of the header."""
 
 _ORDERS = {"bip": (0, 1, 2), "bil": (0, 2, 1), "bsq": (2, 0, 1)}
 """Which of rows, columns and bands runs slowest, and which next."""
@@ -37,7 +41,8 @@ def header_of(attrs: dict[str, Any], grid: Wavelengths) -> dict[str, Any]:
     Parameters
     ----------
     attrs : dict
-        Attributes of the image; `unit`, `quantity`, `components` and `bandwidth_nm` (as `fwhm`) come back on reading.
+        Attributes of the image; `unit`, `quantity`, `components`, `denoised` and `bandwidth_nm` (as `fwhm`) come back
+        on reading.
     grid : Wavelengths
 
     Examples
@@ -60,8 +65,9 @@ def header_of(attrs: dict[str, Any], grid: Wavelengths) -> dict[str, Any]:
         "wavelength units": "Nanometers",
         "band names": [f"{wavelength:g} nm" for wavelength in grid.values],
     }
-    if components := attrs.get("components"):
-        header["components"] = str(components)
+    for name in KEPT:
+        if said_of := attrs.get(name):
+            header[name] = str(said_of)
     if width := attrs.get("bandwidth_nm"):
         header["fwhm"] = [f"{float(width):.10g}"] * len(grid)
     return header
