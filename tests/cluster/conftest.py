@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import subprocess
 import sys
 import time
@@ -37,13 +38,16 @@ def workers(number: int, folder: Path, **settings: Any) -> Iterator[Client]:
 
 
 @contextmanager
-def scheduler_and_worker(folder: Path) -> Iterator[tuple[Client, int]]:
+def scheduler_and_worker(folder: Path, **env: str) -> Iterator[tuple[Client, int]]:
     """A client of a scheduler in a process of its own, and the number of that process."""
+    env = {**os.environ, **env}
     log = (folder / "log").open("w")
     run = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
     options = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
     file = folder / "scheduler.json"
-    scheduler = subprocess.Popen([*run, *options, "--scheduler-file", str(file)], stdout=log, stderr=log)
+    scheduler = subprocess.Popen(
+        [*run, *options, "--scheduler-file", str(file)], env=env, stdout=log, stderr=log
+    )
     run = [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(file)]
     options = ["--nthreads", "1", "--host", "127.0.0.1", "--local-directory", str(folder)]
     worker = None
@@ -52,7 +56,7 @@ def scheduler_and_worker(folder: Path) -> Iterator[tuple[Client, int]]:
         while not file.exists():
             assert time.monotonic() < until
             time.sleep(0.05)
-        worker = subprocess.Popen([*run, *options], stdout=log, stderr=log)
+        worker = subprocess.Popen([*run, *options], env=env, stdout=log, stderr=log)
         # How long a client tries to find a scheduler again that is lost: by default 30 s.
         with (
             dask.config.set({"distributed.comm.timeouts.connect": "5s"}),
