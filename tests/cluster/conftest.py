@@ -31,10 +31,28 @@ SETTINGS: dict[str, Any] = {
 def workers(number: int, folder: Path, **settings: Any) -> Iterator[Client]:
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it tells of each worker that is killed
     with (
-        LocalCluster(n_workers=number, local_directory=str(folder), **SETTINGS, **settings) as cluster,
+        LocalCluster(n_workers=number, local_directory=str(folder), **(SETTINGS | settings)) as cluster,
         Client(cluster) as client,
     ):
         yield client
+
+
+@contextmanager
+def another_worker(client: Client, folder: Path, *options: str, **env: str) -> Iterator[None]:
+    """One more worker, a process without a watcher (nanny)."""
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", client.scheduler.address, "--no-nanny"]
+    worker = subprocess.Popen(
+        [*command, "--nthreads", "1", "--local-directory", str(folder), *options],
+        env={**os.environ, **env},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        client.wait_for_workers(2, timeout=60)
+        yield
+    finally:
+        worker.terminate()
+        worker.wait(30)
 
 
 @contextmanager

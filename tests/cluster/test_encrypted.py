@@ -96,7 +96,7 @@ def test_certificates_that_are_not_there_are_named(certificates: Path) -> None:
 def test_a_client_that_must_encrypt_asks_for_an_address_that_does(encrypted: str, certificates: Path) -> None:
     with (
         configured(certificates),
-        pytest.raises(ClusterError, match=r"(?s)encryption required.*tls:// if it is encrypted"),
+        pytest.raises(ClusterError, match=r"(?s)encryption required.*tls:// if encrypted"),
         connected(scheduler=encrypted.replace("tls", "tcp")),
     ):
         pass

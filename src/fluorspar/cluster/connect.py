@@ -105,7 +105,7 @@ def connected(
                     "the scheduler does not answer",
                     where=scheduler,
                     got=str(err).partition("\n")[0],
-                    expected="an address such as tcp://HOST:8786 where 'dask scheduler' runs, tls:// if it is encrypted",
+                    expected="an address such as tcp://HOST:8786 where 'dask scheduler' runs, tls:// if encrypted",
                 )
             ) from err
         yield client
