@@ -401,6 +401,23 @@ class TestInterrupted:
             np.testing.assert_array_equal(radiance(f"{number}.nc"), radiance(f"whole-{number}.nc"))
         assert not [path for path in folder.iterdir() if path.name.startswith(".")]
 
+    @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+    def test_a_large_image_is_gone_on_with(
+        self, suffix: str, stop: Callable[[int], Any], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Expected: of four parts, two are rendered before and two after."""
+        if suffix == ".zarr":
+            pytest.importorskip("zarr")
+        study = {"render": QUICK, "output": f"a{suffix}"}
+        monkeypatch.setattr("fluorspar.files.memory.available_memory", lambda: 1000)
+        with pytest.warns(FluorsparWarning, match="0 of 1 renders"):
+            batch(study, progress=stop(500))
+        done: list[int] = []
+        batch(study, progress=lambda now, _: done.append(now))
+        assert done[:2] == [750, 1000]
+        batch(study, output=f"whole{suffix}")
+        np.testing.assert_array_equal(radiance(f"a{suffix}"), radiance(f"whole{suffix}"))
+
     def test_while_light_paths_are_traced(self, stop: Callable[[int], Any]) -> None:
         study = {"render": QUICK, "product": {"light.light": ["A", "D65"]}, "output": "{number}.nc"}
         with pytest.warns(FluorsparWarning, match="0 of 2 renders"):

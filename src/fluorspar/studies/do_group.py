@@ -13,12 +13,14 @@ from typing import Any
 
 from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
 from fluorspar.files.memory import is_large
+from fluorspar.fingerprint import fingerprint
 from fluorspar.image.formats.netcdf_layout import write_attrs
 from fluorspar.image.opening import replace_attrs
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.image.streaming import bytes_of_image, stream_target, streamed_to
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.paths.light_paths import LightPaths
+from fluorspar.paths.resuming import unfinished_image
 from fluorspar.paths.trace import trace_job
 from fluorspar.paths.whole_image import whole_image
 from fluorspar.progress import Progress
@@ -225,7 +227,8 @@ def _attempt(
                     "lights": _lights(settings),
                     "same_luminance": bool(settings.get("same_luminance", False)),
                 }
-                image = render_job(_job(source, settings, threads, **lit), output=stream, progress=report)
+                job = _job(source, settings, threads, **lit)
+                image = render_job(job, output=stream, resume=_is_begun(job, stream), progress=report)
                 if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
                     raise KeyboardInterrupt
             if settings.get("denoise"):
@@ -237,6 +240,12 @@ def _attempt(
     result = replace(result, warnings=tuple((each.category, str(each.message)) for each in told))
     told.clear()
     return result
+
+
+def _is_begun(job: RenderJob, stream: Path | None) -> bool:
+    """Whether there is an image of the job that was interrupted, to go on with."""
+    label = fingerprint(job)
+    return stream is not None and label is not None and bool(unfinished_image(job, label, stream))
 
 
 def _xml(value: Value) -> str:
