@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from command_line import QUICK, CommandLine
+from command_line import GOOD, QUICK, CommandLine
 
 import fluorspar as package
 from fluorspar.files.temporary import temporary_folder
@@ -53,3 +53,15 @@ def test_resume_still_needs_its_file(fluorspar: CommandLine, little_memory: None
     done = fluorspar("render", "cornell-box", *QUICK, "-o", "a.exr", "--resume")
     assert done.code == 2
     assert done.says("resume needs the file to continue")
+
+
+def test_a_staged_image_is_not_written_for_nothing(
+    fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is made in memory: a file that holds it meanwhile saves nothing."""
+    monkeypatch.setattr("fluorspar.files.memory.available_memory", lambda: 1000)
+    monkeypatch.setattr("fluorspar.image.formats.netcdf.write_netcdf", None)
+    Path("ball.xml").write_text(GOOD)
+    done = fluorspar("render", "ball.xml", *QUICK, "--method", "staged", "-o", "a.png")
+    assert done.code == 0, done.err
+    assert Path("a.png").exists()

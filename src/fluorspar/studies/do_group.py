@@ -6,7 +6,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from fluorspar.fingerprint import fingerprint
 from fluorspar.image.formats.netcdf_layout import write_attrs
 from fluorspar.image.opening import replace_attrs
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.streaming import bytes_of_image, stream_target, streamed_to
+from fluorspar.image.streaming import streamed_to
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.paths.light_paths import LightPaths
 from fluorspar.paths.resuming import unfinished_image
@@ -291,17 +291,18 @@ def _check_rendered(row: Row) -> None:
             )
 
 
-@contextmanager
-def _stream(row: Row, source: Scene | LightPaths) -> Iterator[Path | None]:
+def _stream(row: Row, source: Scene | LightPaths) -> AbstractContextManager[Path | None]:
     """The file that a large image is streamed to while it is made: one of the row, or one that is there meanwhile."""
     settings = (source if isinstance(source, Scene) else source.job.scene).settings
-    size, bands = (settings.width, settings.height), len(read_grid(row.settings.get("wavelengths")))
-    component_errors = bool(row.settings.get("component_errors"))
-    target = None
-    if is_large(bytes_of_image(size, bands, component_errors)) and not row.settings.get("denoise"):
-        target = stream_target(row.outputs)
-    with streamed_to(target, size, bands, component_errors=component_errors) as stream:
-        yield stream
+    return streamed_to(
+        row.outputs,
+        (settings.width, settings.height),
+        len(read_grid(row.settings.get("wavelengths"))),
+        component_errors=bool(row.settings.get("component_errors")),
+        denoise=bool(row.settings.get("denoise")),
+        only_large=True,
+        temporary=row.settings.get("method", "paths") == "paths",
+    )
 
 
 def _write(image: SpectralImage, row: Row, mark: str, stream: Path | None) -> None:
