@@ -189,7 +189,7 @@ class TestAgain:
         assert statuses(first) == statuses(second) == ["done", "done"]
         assert first["study_row"].equals(second["study_row"])
 
-    @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+    @pytest.mark.parametrize("suffix", [".nc", ".zarr", ".png", ".exr", ".hdr"])
     def test_of_another_version_too_but_that_is_said(
         self, suffix: str, counted: dict[str, int], monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -202,12 +202,29 @@ class TestAgain:
             assert batch(study)["status"].values.tolist() == ["done"]
         assert counted["render_job"] == 1
 
-    def test_of_pictures_too(self, counted: dict[str, int], folder: Path) -> None:
-        """They hold no mark, the index does."""
-        (folder / "seeds.csv").write_text("scene,size,spp,seed\nball.xml,8x8,4,1\nball.xml,8x8,4,2\n")
-        batch("seeds.csv", output="{seed}.png")
-        batch("seeds.csv", output="{seed}.png")
-        assert counted["render_job"] == 2
+    @pytest.mark.parametrize("suffix", [".png", ".exr", ".hdr"])
+    def test_of_all_formats(self, suffix: str, counted: dict[str, int], folder: Path) -> None:
+        """Expected: the files themselves say which row made them, whatever has become of the index."""
+
+        def render(*seeds: int, spp: int = 4) -> int:
+            lines = [f"ball.xml,8x8,{spp if seed == 1 else 4},{seed}" for seed in seeds]
+            (folder / "seeds.csv").write_text("\n".join(["scene,size,spp,seed", *lines]))
+            before = counted["render_job"]
+            assert statuses(batch("seeds.csv", output=f"{{seed}}{suffix}")) == ["done"] * len(seeds)
+            return counted["render_job"] - before
+
+        assert render(1, 2) == 2
+        assert render(1, 2) == 0
+        index = (folder / "seeds-index.csv").read_bytes()
+        (folder / "seeds-index.csv").unlink()
+        assert render(2, 1) == 0
+        assert render(1, 2, spp=8) == 1
+        (folder / "seeds-index.csv").write_bytes(
+            index
+        )  # as of a run that was killed before it could write its own
+        assert render(1, 2) == 1
+        (folder / "2").with_suffix(".img" if suffix == ".hdr" else suffix).unlink()
+        assert render(1, 2) == 1
 
     @pytest.mark.parametrize(
         "change",
