@@ -186,7 +186,7 @@ class RenderJob:
         if camera is not None:
             scene = seen_from(scene, camera)
         scene = relit(scene, lights=lights, same_luminance=same_luminance)
-        return cls(scene, grid, changed_lights=lights_in_words(lights, same_luminance), **others)
+        return cls(scene, grid, changed_lights=lights_in_words(scene, lights, same_luminance), **others)
 
     @cached_property
     def computed_grid(self) -> Wavelengths:

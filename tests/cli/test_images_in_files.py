@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from command_line import QUICK, CommandLine
+from command_line import GOOD, QUICK, CommandLine
 
 import fluorspar as package
 from fluorspar.files.temporary import temporary_folder
@@ -35,6 +35,7 @@ def test_what_is_not_streamed_to_an_output(
     command: str, options: tuple[str, ...], fluorspar: CommandLine, request: pytest.FixtureRequest
 ) -> None:
     """Expected: the same files as of an image in memory, and no other is left."""
+    before = set(temporary_folder().iterdir())
     package.trace("cornell-box", size=(8, 8), spp=4, wavelengths="400:700:20", output="box.paths")
     asked = ("render", "cornell-box", *QUICK) if command == "render" else ("relight", "box.paths")
     written = ("-o", "a.exr", *options)
@@ -46,10 +47,22 @@ def test_what_is_not_streamed_to_an_output(
     assert same("a.exr", "small-a.exr")
     for path in Path().glob("shown/small-*"):
         assert path.read_bytes() == path.with_stem(path.stem.removeprefix("small-")).read_bytes()
-    assert not [path for path in temporary_folder().iterdir() if path.is_dir()]
+    assert not [path for path in temporary_folder().iterdir() if path.is_dir() and path not in before]
 
 
 def test_resume_still_needs_its_file(fluorspar: CommandLine, little_memory: None) -> None:
     done = fluorspar("render", "cornell-box", *QUICK, "-o", "a.exr", "--resume")
     assert done.code == 2
     assert done.says("resume needs the file to continue")
+
+
+def test_a_staged_image_is_not_written_for_nothing(
+    fluorspar: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is made in memory: a file that holds it meanwhile saves nothing."""
+    monkeypatch.setattr("fluorspar.files.memory.available_memory", lambda: 1000)
+    monkeypatch.setattr("fluorspar.image.formats.netcdf.write_netcdf", None)
+    Path("ball.xml").write_text(GOOD)
+    done = fluorspar("render", "ball.xml", *QUICK, "--method", "staged", "-o", "a.png")
+    assert done.code == 0, done.err
+    assert Path("a.png").exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import subprocess
 import sys
 import time
@@ -30,20 +31,41 @@ SETTINGS: dict[str, Any] = {
 def workers(number: int, folder: Path, **settings: Any) -> Iterator[Client]:
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it tells of each worker that is killed
     with (
-        LocalCluster(n_workers=number, local_directory=str(folder), **SETTINGS, **settings) as cluster,
+        LocalCluster(n_workers=number, local_directory=str(folder), **(SETTINGS | settings)) as cluster,
         Client(cluster) as client,
     ):
         yield client
 
 
 @contextmanager
-def scheduler_and_worker(folder: Path) -> Iterator[tuple[Client, int]]:
+def another_worker(client: Client, folder: Path, *options: str, **env: str) -> Iterator[None]:
+    """One more worker, a process without a watcher (nanny)."""
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", client.scheduler.address, "--no-nanny"]
+    worker = subprocess.Popen(
+        [*command, "--nthreads", "1", "--local-directory", str(folder), *options],
+        env={**os.environ, **env},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        client.wait_for_workers(2, timeout=60)
+        yield
+    finally:
+        worker.terminate()
+        worker.wait(30)
+
+
+@contextmanager
+def scheduler_and_worker(folder: Path, **env: str) -> Iterator[tuple[Client, int]]:
     """A client of a scheduler in a process of its own, and the number of that process."""
+    env = {**os.environ, **env}
     log = (folder / "log").open("w")
     run = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
     options = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
     file = folder / "scheduler.json"
-    scheduler = subprocess.Popen([*run, *options, "--scheduler-file", str(file)], stdout=log, stderr=log)
+    scheduler = subprocess.Popen(
+        [*run, *options, "--scheduler-file", str(file)], env=env, stdout=log, stderr=log
+    )
     run = [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(file)]
     options = ["--nthreads", "1", "--host", "127.0.0.1", "--local-directory", str(folder)]
     worker = None
@@ -52,7 +74,7 @@ def scheduler_and_worker(folder: Path) -> Iterator[tuple[Client, int]]:
         while not file.exists():
             assert time.monotonic() < until
             time.sleep(0.05)
-        worker = subprocess.Popen([*run, *options], stdout=log, stderr=log)
+        worker = subprocess.Popen([*run, *options], env=env, stdout=log, stderr=log)
         # How long a client tries to find a scheduler again that is lost: by default 30 s.
         with (
             dask.config.set({"distributed.comm.timeouts.connect": "5s"}),

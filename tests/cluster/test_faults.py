@@ -7,8 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import trimesh
 from distributed import Client
 
 import fluorspar
-from cluster.conftest import scheduler_and_worker, workers
+from cluster.conftest import another_worker, scheduler_and_worker, workers
 from fluorspar.cluster import dispatch
 from fluorspar.errors import ClusterError, FluorsparWarning, SceneError
 
@@ -140,23 +139,6 @@ def test_a_worker_of_another_version_is_refused(tmp_path: Path) -> None:
         pytest.raises(ClusterError, match=expected),
     ):
         fluorspar.render("cornell-box", **OPTIONS, client=client)
-
-
-@contextmanager
-def another_worker(client: Client, folder: Path, *options: str, **env: str) -> Iterator[None]:
-    command = [sys.executable, "-m", "distributed.cli.dask_worker", client.scheduler.address, "--no-nanny"]
-    worker = subprocess.Popen(
-        [*command, "--nthreads", "1", "--local-directory", str(folder), *options],
-        env={**os.environ, **env},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        client.wait_for_workers(2, timeout=60)
-        yield
-    finally:
-        worker.terminate()
-        worker.wait(30)
 
 
 @pytest.mark.usefixtures("small_runs")

@@ -11,6 +11,7 @@ import pytest
 
 from fluorspar.errors import FluorsparError
 from fluorspar.files import temporary
+from fluorspar.files.host import HOST
 
 ASK = "from fluorspar.files.temporary import temporary_folder; print(temporary_folder(), flush=True)"
 
@@ -49,6 +50,18 @@ def test_of_a_killed_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert own.is_dir(), "its process lives"
     assert other.is_dir(), "it is not ours"
     alive.communicate("\n")
+
+
+def test_of_another_host_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its process may live: on some network file systems a lock is seen on its own host only."""
+    monkeypatch.setattr(temporary, "_YOUNG", -1)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    process, folder = start(tmp_path, "input()")
+    other = folder.rename(tmp_path / folder.name.replace(HOST, "node17"))
+    process.kill()
+    process.communicate()
+    temporary.remove_stale()
+    assert other.is_dir()
 
 
 def test_young_folders_are_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from fluorspar.errors import ImageError
-from fluorspar.files.beside import Temporary
+from fluorspar.errors import FluorsparWarning, ImageError
+from fluorspar.files import beside
+from fluorspar.files.beside import Temporary, remove_unfinished
 from fluorspar.files.writing import check_target, replacing
 
 
@@ -103,16 +104,88 @@ class TestLeftovers:
         living.keep()
         assert (tmp_path / "a").read_text() == "living"
 
-    @pytest.mark.parametrize(("days", "removed"), [(0, False), (6, False), (8, True)])
-    def test_of_another_host_are_removed_when_they_are_old(
-        self, tmp_path: Path, days: int, removed: bool
+    @pytest.mark.parametrize("days", [0, 8, 800])
+    @pytest.mark.parametrize("folder", [False, True])
+    def test_of_another_host_are_named_and_never_removed(
+        self, tmp_path: Path, days: int, folder: bool
     ) -> None:
-        left = tmp_path / ".a.other-0123abcd.tmp"
-        left.touch()
+        """Their writer may live: on some network file systems a lock is seen on its own host only."""
+        left = tmp_path / ".a.node17-0123abcd.tmp"
+        left.mkdir() if folder else left.touch()
+        left.with_suffix(".journal").touch()
         at = time.time() - 86400 * days
         os.utime(left, (at, at))
+        with pytest.warns(
+            FluorsparWarning, match=r"\.a\.node17-0123abcd\.tmp beside a: left by host node17, or"
+        ):
+            write(tmp_path / "a")
+        assert left.exists()
+        assert left.with_suffix(".journal").exists()
+        remove_unfinished(left)
+        assert left.exists()
+
+    def test_of_another_host_that_is_seen_to_live_is_not_told_of(self, tmp_path: Path) -> None:
+        living = Temporary(tmp_path / "a")
+        other = living.path.rename(tmp_path / ".a.node17-0123abcd.tmp")
         write(tmp_path / "a")
-        assert left.exists() != removed
+        assert other.exists()
+        living.leave()
+
+
+class TestFoldersInPlace:
+    """A folder that has its name before it is whole, seen from another host."""
+
+    @pytest.fixture
+    def begun(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Temporary:
+        with monkeypatch.context() as patch:
+            patch.setattr(beside, "HOST", "node17")
+            begun = Temporary(tmp_path / "room", folder=True)
+            (begun.path / "note.txt").write_text("half")
+            begun.take_place()
+        return begun
+
+    def unseen(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Let all locks look free, as some network file systems do."""
+        monkeypatch.setattr(beside, "_lock", lambda *_, **__: True)
+
+    def test_is_not_replaced(self, tmp_path: Path, begun: Temporary, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.unseen(monkeypatch)
+        for quiet, text in ((60.0, "another process is writing"), (-1.0, "another host may still")):
+            monkeypatch.setattr(beside, "_QUIET", quiet)
+            with pytest.raises(ImageError, match=f"(?s){text}.*host node17"):
+                Temporary(tmp_path / "room", folder=True)
+        assert (tmp_path / "room" / "note.txt").read_text() == "half"
+        assert len(list(tmp_path.iterdir())) == 2
+
+    def test_is_not_replaced_by_who_began_before(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+    ) -> None:
+        mine = Temporary(tmp_path / "room", folder=True)
+        request.getfixturevalue("begun")
+        self.unseen(monkeypatch)
+        monkeypatch.setattr(beside, "_QUIET", -1.0)
+        for replace in (mine.take_place, mine.keep):
+            with pytest.raises(ImageError, match=r"(?s)another host may still.*host node17"):
+                replace()
+        assert (tmp_path / "room" / "note.txt").read_text() == "half"
+        mine.drop()
+
+    def test_is_gone_on_with_once_nothing_changes_there(
+        self, tmp_path: Path, begun: Temporary, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        room = tmp_path / "room"
+        os.close(begun._lock)  # its process is killed
+        with pytest.raises(ImageError, match="another process is writing"):
+            Temporary(room, room, folder=True)
+        monkeypatch.setattr(beside, "_QUIET", -1.0)
+        mine = Temporary(room, room, folder=True)
+        monkeypatch.undo()
+        for left in (None, room):
+            with pytest.raises(ImageError, match="another process is writing"):
+                Temporary(room, left, folder=True)
+        mine.keep()
+        assert [path.name for path in tmp_path.iterdir()] == ["room"]
+        Temporary(room, folder=True).drop()
 
 
 def test_what_is_called_like_a_journal_of_a_folder_stays(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from contextlib import nullcontext, suppress
 from dataclasses import replace
@@ -267,12 +268,33 @@ class TestImages:
         path = tmp_path / "a.nc"
         leave_unfinished(path)
         left = names(tmp_path)
-        with pytest.warns(FluorsparWarning, match="--resume"):
+        with pytest.warns(FluorsparWarning, match=r"180 of 480 pixels: --resume"):
             leave_unfinished(path)
         assert set(names(tmp_path)) > set(left)
-        with pytest.warns(FluorsparWarning, match="--resume"):
+        with pytest.warns(FluorsparWarning, match=r"180 of 480 pixels: --resume"):
             render(path)
         check(path, whole)
+
+    @pytest.mark.parametrize("name", ["a.nc", "a.zarr", "a.paths"])
+    @pytest.mark.parametrize("end", [fail, interrupt])
+    def test_it_is_said_once_of_each_kind_before_anything_is_lost(self, tmp_path, name, end):
+        """Expected: how much there is; nothing is said when it is gone on with, or of what is whole."""
+        make = trace if name == "a.paths" else render
+        with suppress(ZeroDivisionError), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "interrupted")
+            make(tmp_path / name, progress=after(3, end))
+        left = names(tmp_path)
+        with pytest.warns(FluorsparWarning) as warned, pytest.raises(ZeroDivisionError):
+            make(tmp_path / name, progress=after(1, fail))
+        assert [str(each.message) for each in warned] == [
+            f"an unfinished {name} is there, 180 of 480 pixels: --resume (resume=True) would go on with it; it is "
+            "replaced when this one is finished"
+        ]
+        assert set(names(tmp_path)) >= set(left)
+        done: list[int] = []
+        make(tmp_path / name, resume=True, progress=lambda pixels, _: done.append(pixels))
+        assert done[0] == 240
+        make(tmp_path / name)
 
     def test_the_writer_may_live(self, tmp_path):
         living = Temporary(tmp_path / "a.nc")
@@ -292,7 +314,7 @@ class TestImages:
             render(tmp_path / "a.nc", method="staged", resume=True)
 
     @pytest.mark.parametrize("change", ["total", "grid", "denoised"])
-    @pytest.mark.filterwarnings("ignore:interrupted")
+    @pytest.mark.filterwarnings("ignore:interrupted", "ignore:an unfinished")
     def test_an_image_that_was_changed_is_refused(self, tmp_path, change):
         path, changed = tmp_path / "a.nc", tmp_path / "changed.nc"
         for progress in (after(3, interrupt), None):
@@ -357,6 +379,13 @@ class TestPasses:
             render(path, until=UNTIL, progress=after(chunk_count, end))
         render(path, until=UNTIL, resume=True)
         check(path, reached)
+
+    @pytest.mark.filterwarnings("ignore:.*was not reached")
+    def test_that_are_made_anew_are_told_of(self, tmp_path):
+        path = tmp_path / "a.nc"
+        render(path, until=UNTIL, progress=after(12, interrupt))
+        with pytest.warns(FluorsparWarning, match="is there, 32 samples per pixel: --resume"):
+            render(path, until=UNTIL)
 
     def test_of_an_image_that_is_good_enough_there_are_none(self, tmp_path):
         path = tmp_path / "a.nc"

@@ -119,6 +119,14 @@ def test_a_factor_is_a_factor(box: LightPaths) -> None:
     np.testing.assert_array_equal(bright.dataset.radiance.values, 4 * plain.dataset.radiance.values)
 
 
+@pytest.mark.parametrize("ids", [("light", "shape 'light' (obj)"), ("shape 'light' (obj)", "light")])
+def test_a_lamp_is_named_once(ids: tuple[str, str]) -> None:
+    """By the id that it was traced with, also if it is changed again by that of its shape."""
+    paths = trace("cornell-box", size=(4, 4), spp=1, lights={ids[0]: "A"})
+    assert paths.image(lights={ids[1]: 0.5}).attrs["lights"] == {ids[0]: "A x 0.5"}
+    assert paths.image(lights={ids[1]: "D50"}).attrs["lights"] == {ids[0]: "D50"}
+
+
 def test_lights_add_up(still: LightPaths) -> None:
     images = still.light_images()
     assert list(images) == [light.name for light in still.lights]

@@ -189,7 +189,7 @@ class TestAgain:
         assert statuses(first) == statuses(second) == ["done", "done"]
         assert first["study_row"].equals(second["study_row"])
 
-    @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+    @pytest.mark.parametrize("suffix", [".nc", ".zarr", ".png", ".exr", ".hdr"])
     def test_of_another_version_too_but_that_is_said(
         self, suffix: str, counted: dict[str, int], monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -202,12 +202,29 @@ class TestAgain:
             assert batch(study)["status"].values.tolist() == ["done"]
         assert counted["render_job"] == 1
 
-    def test_of_pictures_too(self, counted: dict[str, int], folder: Path) -> None:
-        """They hold no mark, the index does."""
-        (folder / "seeds.csv").write_text("scene,size,spp,seed\nball.xml,8x8,4,1\nball.xml,8x8,4,2\n")
-        batch("seeds.csv", output="{seed}.png")
-        batch("seeds.csv", output="{seed}.png")
-        assert counted["render_job"] == 2
+    @pytest.mark.parametrize("suffix", [".png", ".exr", ".hdr"])
+    def test_of_all_formats(self, suffix: str, counted: dict[str, int], folder: Path) -> None:
+        """Expected: the files themselves say which row made them, whatever has become of the index."""
+
+        def render(*seeds: int, spp: int = 4) -> int:
+            lines = [f"ball.xml,8x8,{spp if seed == 1 else 4},{seed}" for seed in seeds]
+            (folder / "seeds.csv").write_text("\n".join(["scene,size,spp,seed", *lines]))
+            before = counted["render_job"]
+            assert statuses(batch("seeds.csv", output=f"{{seed}}{suffix}")) == ["done"] * len(seeds)
+            return counted["render_job"] - before
+
+        assert render(1, 2) == 2
+        assert render(1, 2) == 0
+        index = (folder / "seeds-index.csv").read_bytes()
+        (folder / "seeds-index.csv").unlink()
+        assert render(2, 1) == 0
+        assert render(1, 2, spp=8) == 1
+        (folder / "seeds-index.csv").write_bytes(
+            index
+        )  # as of a run that was killed before it could write its own
+        assert render(1, 2) == 1
+        (folder / "2").with_suffix(".img" if suffix == ".hdr" else suffix).unlink()
+        assert render(1, 2) == 1
 
     @pytest.mark.parametrize(
         "change",
@@ -400,6 +417,23 @@ class TestInterrupted:
         for number in (1, 2, 3):
             np.testing.assert_array_equal(radiance(f"{number}.nc"), radiance(f"whole-{number}.nc"))
         assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+
+    @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+    def test_a_large_image_is_gone_on_with(
+        self, suffix: str, stop: Callable[[int], Any], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Expected: of four parts, two are rendered before and two after."""
+        if suffix == ".zarr":
+            pytest.importorskip("zarr")
+        study = {"render": QUICK, "output": f"a{suffix}"}
+        monkeypatch.setattr("fluorspar.files.memory.available_memory", lambda: 1000)
+        with pytest.warns(FluorsparWarning, match="0 of 1 renders"):
+            batch(study, progress=stop(500))
+        done: list[int] = []
+        batch(study, progress=lambda now, _: done.append(now))
+        assert done[:2] == [750, 1000]
+        batch(study, output=f"whole{suffix}")
+        np.testing.assert_array_equal(radiance(f"a{suffix}"), radiance(f"whole{suffix}"))
 
     def test_while_light_paths_are_traced(self, stop: Callable[[int], Any]) -> None:
         study = {"render": QUICK, "product": {"light.light": ["A", "D65"]}, "output": "{number}.nc"}

@@ -51,7 +51,7 @@ def denoise(
     with SpectralImage.open(image) as noisy, console.err.status(f"denoising {text_of(image)}"):
         clean = noisy.denoised(scene=scene_named(scene, define), threads=threads)
     console.out.print(f"denoised: {clean.attrs['denoised']}", markup=False, highlight=False)
-    write_outputs(clean, output, pictures, streamed=False)
+    write_outputs(clean, output, pictures)
 
 
 denoise.__doc__ = f"{denoise.__doc__}\n\n{_EXAMPLES}"

@@ -9,7 +9,6 @@ from pathlib import Path
 from fluorspar.cli import console
 from fluorspar.files.names import text_of
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.streaming import stream_target
 from fluorspar.image.units import is_radiance
 
 __all__ = ["print_timings", "say_written", "warn_of_envi", "write_image", "write_outputs", "writing"]
@@ -22,20 +21,19 @@ def write_outputs(
     outputs: Sequence[Path],
     pictures: Path | None,
     *,
-    streamed: bool = True,
+    streamed: Path | None = None,
     exposure: float | str | None = None,
 ) -> None:
-    """Write the files, but one that the image was streamed to, and say what came out."""
+    """Write the files, but one that the image was `streamed` to, and say what came out."""
     from fluorspar.image.display.picture import write_pictures
 
     console.out.print(str(image), markup=False, highlight=False)
-    there = stream_target(outputs) if streamed else None
     for path in outputs:
-        if path != there:
+        if path != streamed:
             with writing(path):
                 used = write_image(image, path, exposure)
             warn_of_envi(image, path)
-        say_written(path, image, used if path != there else None)
+        say_written(path, image, used if path != streamed else None)
     if pictures is not None:
         with writing(pictures):
             write_pictures(image.dataset, pictures, exposure)

@@ -88,7 +88,7 @@ def relight(
     from fluorspar.cli.targets import check_images
     from fluorspar.extras import check_extra
     from fluorspar.files.names import text_of
-    from fluorspar.image.streaming import stream_target, streamed_to
+    from fluorspar.image.streaming import streamed_to
     from fluorspar.job import read_grid
     from fluorspar.measuring.image_scene import scene_of
     from fluorspar.paths.light_paths import load_paths
@@ -116,10 +116,11 @@ def relight(
             "'fluorspar trace' goes on with it (--resume)"
         )
     with streamed_to(
-        None if denoise else stream_target(output),
+        output,
         (traced.width, traced.height),
         len(kept.job.grid if wavelengths is None else read_grid(wavelengths)),
         component_errors=component_errors,
+        denoise=denoise,
     ) as streamed:
         with console.progress_bar(f"relighting {paths.name}") as progress:
 
@@ -142,7 +143,7 @@ def relight(
             shown = scene_of(kept.job.attrs, scene_named(scene, define))
             image = image.denoised(scene=shown and relit(shown, **changes), threads=threads)
             console.out.print(f"denoised: {image.attrs['denoised']}", markup=False, highlight=False)
-        write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
+        write_outputs(image, output, pictures, streamed=streamed, exposure=shown_with)
     if finished < kept.pixels:
         raise typer.Exit(130)  # `main` says 143 after SIGTERM
     if kept.pixels < pixels:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, cast
 
@@ -206,7 +205,7 @@ def render(
     from fluorspar.cli.outputs import write_outputs
     from fluorspar.cli.targets import check_images
     from fluorspar.extras import check_extra
-    from fluorspar.image.streaming import stream_target, streamed_to
+    from fluorspar.image.streaming import streamed_to
     from fluorspar.job import read_grid
     from fluorspar.rendering import render as render_scene
 
@@ -236,12 +235,13 @@ def render(
     )
     if until is not None:
         logging.getLogger("fluorspar.paths.passes").setLevel(logging.INFO)  # a line for each pass
-    target = None if denoise else stream_target(output)
     shape = size_of(size) or (loaded.settings.width, loaded.settings.height), len(read_grid(wavelengths))
-    with (
-        nullcontext(target)
-        if resume or more_samples
-        else streamed_to(target, *shape, component_errors=component_errors)
+    with streamed_to(
+        output,
+        *shape,
+        component_errors=component_errors,
+        denoise=denoise,
+        temporary=method == "paths" and not (resume or more_samples),
     ) as streamed:
         with (
             client_for(scheduler, workers, threads) as client,
@@ -278,7 +278,7 @@ def render(
         if denoise:
             image = image.denoised(scene=loaded, threads=threads)
             _LOG.info("denoised")
-        write_outputs(image, output, pictures, streamed=not denoise, exposure=shown_with)
+        write_outputs(image, output, pictures, streamed=streamed, exposure=shown_with)
         _LOG.info("written")
     if keep_intermediate is not None:
         _draw_emitters(keep_intermediate)

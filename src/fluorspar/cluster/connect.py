@@ -54,7 +54,8 @@ def connected(
     FluorsparError
         If Dask is not installed.
     ClusterError
-        If the scheduler does not answer.
+        If the scheduler does not answer; or if certificates are needed, and Dask's configuration names none, or none
+        that can be read.
 
     Examples
     --------
@@ -78,6 +79,7 @@ def connected(
 
     # Dask logs each lost connection with a traceback; what matters of that is in our errors.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    _check_certificates(scheduler)
     with ExitStack() as stack:
         if workers is not None:
             stack.enter_context(dask.config.set(_SELDOM))
@@ -97,16 +99,60 @@ def connected(
             return
         try:
             client = stack.enter_context(Client(scheduler))
-        except (OSError, ValueError, TypeError) as err:
+        except (OSError, ValueError, TypeError, RuntimeError) as err:
             raise ClusterError(
                 message(
                     "the scheduler does not answer",
                     where=scheduler,
                     got=str(err).partition("\n")[0],
-                    expected="an address such as tcp://HOST:8786 where 'dask scheduler' runs",
+                    expected="an address such as tcp://HOST:8786 where 'dask scheduler' runs, tls:// if encrypted",
                 )
             ) from err
         yield client
+
+
+def _check_certificates(scheduler: str | None) -> None:
+    """Check, where connections are encrypted, that Dask's configuration names certificates for it.
+
+    Parameters
+    ----------
+    scheduler : str or None
+        Its address; None if it is started here.
+
+    Raises
+    ------
+    ClusterError
+        If there are none, or if they cannot be read.
+    """
+    from distributed import Security
+
+    security = Security()
+    if not (security.require_encryption or (scheduler or "").startswith("tls:")):
+        return
+    for role in ("client",) if scheduler else ("scheduler", "worker", "client"):
+        named = security.get_tls_config_for_role(role)
+        try:
+            if security.get_connection_args(role)["ssl_context"] is not None:
+                continue
+            fault = "Dask's configuration names no certificates"
+        except OSError as err:
+            fault = f"Dask's certificates cannot be read: {err.strerror or err}"
+        raise ClusterError(
+            message(
+                fault,
+                where=f"distributed.comm.tls, {role}",
+                got=", ".join(
+                    f"{key.replace('_', '-')} {_shown(named[key])}" for key in ("ca_file", "cert", "key")
+                ),
+                expected=f"the full names of three files: ca-file, {role}.cert and {role}.key",
+                fix="see the section 'Security' of the page 'Many workers' in the documentation",
+            )
+        )
+
+
+def _shown(file: str | None) -> str:
+    """The name of a file; of a key that itself stands in the configuration nothing but what it is."""
+    return (file or "missing").partition("\n")[0]
 
 
 def dashboard_of(client: Client) -> str | None:

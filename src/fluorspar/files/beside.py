@@ -7,32 +7,33 @@ import errno
 import fcntl
 import glob
 import os
-import platform
 import re
 import shutil
 import time
 import uuid
+import warnings
 import zlib
 from contextlib import suppress
 from pathlib import Path
 
-from fluorspar.errors import ImageError, message
+from fluorspar.errors import FluorsparWarning, ImageError, message
+from fluorspar.files.host import HOST
 
 __all__ = ["Temporary", "check_alone", "remove_unfinished", "unfinished"]
 
-_HOST = f"{zlib.crc32(platform.node().encode()):08x}"
 _NAME = 40  # characters of a name that its temporary name begins with: 255 bytes are the limit
-_OLD = 7 * 86400.0  # s
 _QUIET = 60.0  # s without a change after which a writer is taken for dead whose lock cannot be seen
+_NAMED = re.compile(r"(?P<host>[^.-]+)-[0-9a-f]{8}\.(tmp|journal|lock)$")
 _HERE, _EXCHANGE = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of Linux
 
 
 class Temporary:
     """A new file or folder beside `target`, in its stead until it is whole.
 
-    It is locked while its writer lives. What writers that were killed have left there is removed first: what has a
-    free lock, and of other hosts, whose locks may not be seen here, only after a week. What has a journal can be gone
-    on with (see `unfinished`) until a file of that name is whole.
+    It is locked while its writer lives; a folder by a file beside it, which stays there if the folder gets its name
+    before it is whole. What writers of this host that were killed have left there is removed first.
+    What has a journal can be gone on with (see `unfinished`) until a file of that name is whole. What writers of other
+    hosts have left is never removed, because their locks may not be seen here; it is told of then.
 
     Parameters
     ----------
@@ -54,7 +55,12 @@ class Temporary:
     OSError
         If nothing can be made there, or another process goes on with what was left.
     ImageError
-        If another process is writing the target in place.
+        If another process is writing the target in place, or on another host may be.
+
+    Warns
+    -----
+    FluorsparWarning
+        When it is kept, of what other hosts have left of it.
 
     Examples
     --------
@@ -68,11 +74,11 @@ class Temporary:
     """
 
     def __init__(self, target: Path, left: Path | None = None, *, folder: bool = False) -> None:
-        self._target = target
-        check_alone(target, within=True)
+        self._target, self._folder = target, folder
+        _check_place(target, going_on=left is not None)
         _remove_stale(target)
         self._lock = -1
-        if left is not None:
+        if left is not None and not folder:
             self.path, self._lock = left, _open(left)
             try:
                 _lock(self._lock)
@@ -80,17 +86,32 @@ class Temporary:
                 self.leave()
                 raise
         while self._lock < 0:
-            self.path = target.with_name(f"{_start_of(target)}{_HOST}-{uuid.uuid4().hex[:8]}.tmp")
+            self.path = target.with_name(f"{_start_of(target)}{HOST}-{uuid.uuid4().hex[:8]}.tmp")
             if folder:
                 self.path.mkdir()
             else:
                 os.close(os.open(self.path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666))
+            self._locked = _lock_of(self.path) if folder else self.path
             with suppress(FileNotFoundError):  # taken for a stale one before it was locked
-                self._lock = _open(self.path)
+                self._lock = _open(self._locked, new=folder)
                 _lock(self._lock, wait=True)
-                if not self.path.exists():
+                if not (self.path.exists() and self._locked.exists()):
                     self.drop()
+        if left is not None and folder:
+            self._take_over(left)
         self.journal = _journal_of(self.path)
+
+    def _take_over(self, left: Path) -> None:
+        """Go on with a folder in place, in the stead of those who have written it."""
+        os.rmdir(self.path)
+        self.path = left
+        try:
+            _check_place(left, going_on=True, but=self._locked)
+        except ImageError:
+            self.leave()
+            raise
+        for lock in _in_place(left, but=self._locked):
+            _remove(lock)
 
     def take_place(self) -> None:
         """Give a folder the name of its target before it is whole, if there is nothing yet.
@@ -101,7 +122,7 @@ class Temporary:
             If another process has done so meanwhile.
         """
         if self._target.exists():
-            check_alone(self._target, within=True)
+            _check_place(self._target)
         else:
             os.rename(self.path, self._target)
             self.path = self._target
@@ -116,7 +137,7 @@ class Temporary:
         """
         if self.path != self._target:
             if self._target.is_dir():
-                check_alone(self._target, within=True)
+                _check_place(self._target)
                 _exchange(self.path, self._target)
                 shutil.rmtree(self.path, ignore_errors=True)
             else:
@@ -130,6 +151,7 @@ class Temporary:
             _remove(_journal_of(self.path))
         self.leave()
         _remove_stale(self._target, with_journals=True)
+        _say_foreign(self._target)
 
     def drop(self) -> None:
         """Remove it, if it has not been kept, and its journal."""
@@ -143,6 +165,8 @@ class Temporary:
     def leave(self) -> None:
         """Let go of it and its journal, for another writer to go on with."""
         if self._lock >= 0:
+            if self._folder:
+                _remove(self._locked)
             os.close(self._lock)
             self._lock = -1
 
@@ -160,24 +184,80 @@ def unfinished(target: Path) -> list[tuple[Path, Path]]:
     return sorted(found, key=lambda pair: pair[1].stat().st_size, reverse=True)
 
 
-def check_alone(target: Path, *, within: bool = False) -> None:
-    """Check that no other process is writing a file or folder, or, if `within`, into a folder that is there.
+def check_alone(target: Path) -> None:
+    """Check that no other process is writing a file or folder, be it in place or in its stead.
 
     Raises
     ------
     ImageError
         If one does.
     """
-    alone = not target.is_dir() or _is_free(target, in_place=True)
-    if not (alone and (within or all(map(_is_free, _temporaries(target))))):
-        what, fix = "folder" if target.is_dir() else "file", "wait for it, or write another one"
-        raise ImageError(message(f"another process is writing the {what}", where=target, fix=fix))
+    _check_place(target, going_on=True)
+    for path in _temporaries(target):
+        if not _is_free(path):
+            raise _busy(target, _host_of(path))
 
 
 def remove_unfinished(path: Path) -> None:
-    """Remove what a killed writer has left under a temporary name, and its journal."""
-    for each in (_journal_of(path), path):
-        _remove(each)
+    """Remove what a killed writer of this host has left under a temporary name, and its journal."""
+    if _host_of(path) == HOST:
+        for each in (_journal_of(path), path, _lock_of(path)):
+            _remove(each)
+
+
+def _check_place(target: Path, *, going_on: bool = False, but: Path | None = None) -> None:
+    """Check that nobody is writing into a folder that is there, `but` who has this lock.
+
+    Where a writer is of another host, its lock may not be seen here: then the folder may be gone on with, if nothing
+    has changed there for a while, but not be replaced.
+    """
+    for lock in _in_place(target, but) if target.is_dir() else ():
+        host, free = _host_of(lock), _is_unlocked(lock)
+        if free is False or (not (free and host == HOST) and _is_young(target)):
+            raise _busy(target, host)
+        if host != HOST and not going_on:
+            raise ImageError(
+                message(
+                    "a process of another host may still be writing the folder",
+                    where=target,
+                    got=f"host {host}: {lock.name}",
+                    fix="go on with it (--resume, resume=True) or write another one; or delete that file if nothing "
+                    "runs there",
+                )
+            )
+
+
+def _in_place(target: Path, but: Path | None = None) -> list[Path]:
+    """The locks of those who write, or have written, into a folder in place."""
+    locks = _temporaries(target, "lock")
+    return [lock for lock in locks if lock != but and not lock.with_suffix(".tmp").exists()]
+
+
+def _busy(target: Path, host: str) -> ImageError:
+    foreign = host not in ("", HOST)
+    return ImageError(
+        message(
+            f"another process is writing the {'folder' if target.is_dir() else 'file'}",
+            where=target,
+            got=f"host {host}, less than {_QUIET:.0f} s ago" if foreign else None,
+            fix=f"wait for it{', for a minute if it was killed' if foreign else ''}, or write another one",
+        )
+    )
+
+
+def _say_foreign(target: Path) -> None:
+    """Warn of what other hosts have left beside a target."""
+    left = [
+        path
+        for path in (*_temporaries(target), *_in_place(target))
+        if _host_of(path) != HOST and _is_unlocked(_locked(path)) is not False
+    ]
+    if left:
+        text = (
+            f"{', '.join(path.name for path in left)} beside {target.name}: left by host "
+            f"{', '.join(dict.fromkeys(map(_host_of, left)))}, or still being written there; delete it if it is not"
+        )
+        warnings.warn(text, FluorsparWarning, stacklevel=4)
 
 
 def _start_of(target: Path) -> str:
@@ -191,19 +271,33 @@ def _start_of(target: Path) -> str:
 def _temporaries(target: Path, suffix: str = "tmp") -> list[Path]:
     """Temporary files or folders that stand beside a target, in its stead."""
     start = _start_of(target)
-    name = re.compile(rf"{re.escape(start)}[^.]+-[0-9a-f]{{8}}\.{suffix}")
-    return [
-        path for path in target.parent.glob(f"{glob.escape(start)}*.{suffix}") if name.fullmatch(path.name)
-    ]
+    beside = target.parent.glob(f"{glob.escape(start)}*.{suffix}")
+    return [path for path in beside if _NAMED.fullmatch(path.name.removeprefix(start))]
+
+
+def _host_of(path: Path) -> str:
+    """The host of the writer of what has a temporary name."""
+    named = _NAMED.search(path.name)
+    return named["host"] if named else ""
 
 
 def _journal_of(path: Path) -> Path:
     return path.with_suffix(".journal")
 
 
-def _open(path: Path) -> int:
-    kind = os.O_RDONLY | os.O_DIRECTORY if path.is_dir() else os.O_RDWR | os.O_NONBLOCK
-    return os.open(path, kind | os.O_NOFOLLOW)
+def _lock_of(folder: Path) -> Path:
+    return folder.with_suffix(".lock")
+
+
+def _locked(path: Path) -> Path:
+    """The file that a writer locks: itself, or one beside a folder, because folders cannot be locked everywhere."""
+    return _lock_of(path) if path.is_dir() else path
+
+
+def _open(path: Path, *, new: bool = False) -> int:
+    """Open a file to lock it, a `new` one perhaps."""
+    kind = os.O_RDWR | os.O_NONBLOCK | os.O_NOFOLLOW
+    return os.open(path, kind | (os.O_CREAT if new else 0), 0o666)
 
 
 def _lock(descriptor: int, *, wait: bool = False) -> bool:
@@ -223,44 +317,51 @@ def _lock(descriptor: int, *, wait: bool = False) -> bool:
     return True
 
 
-def _is_here(path: Path) -> bool:
-    """Whether a temporary name was made by this host, whose locks are seen here for certain."""
-    return f".{_HOST}-" in path.name
-
-
-def _is_free(path: Path, *, in_place: bool = False) -> bool:
-    """Whether the writer of a temporary file or folder, or of a folder in place, is dead."""
+def _is_unlocked(path: Path) -> bool | None:
+    """Whether nobody holds a lock; None where the file system has no locks."""
     try:
         descriptor = _open(path)
-        try:
-            seen = _lock(descriptor) and _is_here(path)
-        finally:
-            os.close(descriptor)
+    except FileNotFoundError:
+        return True  # gone
+    except OSError:
+        return None
+    try:
+        return _lock(descriptor) or None
     except BlockingIOError:
         return False
-    except OSError:
-        seen = False
-    try:
-        return in_place or seen or time.time() - path.stat().st_mtime > _QUIET
-    except OSError:
-        return True  # gone
+    finally:
+        os.close(descriptor)
+
+
+def _is_free(path: Path) -> bool:
+    """Whether the writer of a temporary file or folder is dead."""
+    free = _is_unlocked(_locked(path))
+    return free is not False and ((bool(free) and _host_of(path) == HOST) or not _is_young(path))
+
+
+def _is_young(path: Path) -> bool:
+    """Whether something has changed in a file or folder of late."""
+    changed = [0.0]
+    for each in (path, *path.rglob("*")):
+        with suppress(OSError):  # gone meanwhile
+            changed.append(each.stat().st_mtime)
+    return time.time() - max(changed) < _QUIET
 
 
 def _remove_stale(target: Path, with_journals: bool = False) -> None:
-    """Remove temporary files and folders whose writers are dead."""
-    for path in _temporaries(target):
-        if _journal_of(path).exists() and not with_journals:
+    """Remove what writers of this host have left that are dead."""
+    for path in (*_temporaries(target), *_in_place(target)):
+        if _host_of(path) != HOST or (_journal_of(path).exists() and not with_journals):
             continue
         with suppress(OSError):
-            descriptor = _open(path)
+            descriptor = _open(_locked(path), new=path.is_dir())
             try:
-                old = time.time() - os.fstat(descriptor).st_mtime > _OLD
-                if _lock(descriptor) and (old or _is_here(path)):
+                if _lock(descriptor):
                     remove_unfinished(path)
             finally:
                 os.close(descriptor)
-    for journal in _temporaries(target, "journal"):
-        if not journal.with_suffix(".tmp").exists():  # killed between giving the file its name and this
+    for journal in _temporaries(target, "journal"):  # killed between giving the file its name and this
+        if _host_of(journal) == HOST and not journal.with_suffix(".tmp").exists():
             _remove(journal)
 
 

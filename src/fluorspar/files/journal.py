@@ -76,8 +76,14 @@ class Journal:
             self._file = -1
 
 
-def read_journal(path: Path) -> Iterator[Record]:
+def read_journal(path: Path, *, with_data: bool = True) -> Iterator[Record]:
     """Read the records of a journal up to the first that is not whole.
+
+    Parameters
+    ----------
+    path : Path
+    with_data : bool
+        False: read what was said only, and trust what is as long as it should be.
 
     Raises
     ------
@@ -91,7 +97,12 @@ def read_journal(path: Path) -> Iterator[Record]:
             stop = file.tell() + length + size
             if not length or stop > whole_size:
                 return
-            text, data = file.read(length), file.read(size)
+            text = file.read(length)
+            if not with_data and size:
+                file.seek(stop)
+                yield json.loads(text), b"", stop
+                continue
+            data = file.read(size)
             if zlib.crc32(data, zlib.crc32(text)) != checksum:
                 return
             yield json.loads(text), data, stop

@@ -12,16 +12,18 @@ from functools import cache
 from pathlib import Path
 
 from fluorspar.errors import FluorsparError, message
+from fluorspar.files.host import HOST
 
 __all__ = ["temporary_folder"]
 
-_PREFIX, _LOCK = "fluorspar-", ".in-use-by-fluorspar"
+# The folder of temporary files may be one of several hosts, whose locks may not be seen here.
+_PREFIX, _LOCK = f"fluorspar-{HOST}-", ".in-use-by-fluorspar"
 _YOUNG = 60  # seconds in which a folder may still be without its lock
 
 
 @cache
 def temporary_folder() -> Path:
-    """A folder that goes when the process ends; after `kill -9`, when another process asks for one.
+    """A folder that goes when the process ends; after `kill -9`, when another process of this host asks for one.
 
     Its process holds a lock on a file in it for as long as it lives, whatever its number and wherever it runs.
 
@@ -47,7 +49,7 @@ def temporary_folder() -> Path:
 
 
 def remove_stale() -> None:
-    """Remove the folders of processes that are gone; no other folder holds that file."""
+    """Remove the folders of processes of this host that are gone; no other folder holds that file."""
     for lock in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*/{_LOCK}"):
         with suppress(OSError):
             descriptor = os.open(lock, os.O_RDWR)

@@ -15,14 +15,9 @@ from fluorspar.files.memory import is_large
 from fluorspar.files.temporary import temporary_folder
 from fluorspar.image.components import COMPONENTS
 
-__all__ = ["bytes_of_image", "stream_target", "streamed_to"]
+__all__ = ["bytes_of_image", "streamed_to"]
 
 _LOG = logging.getLogger(__name__)
-
-
-def stream_target(outputs: Sequence[Path]) -> Path | None:
-    """Choose the file that the image is streamed to while it is rendered, if one is NetCDF or Zarr."""
-    return next((path for path in outputs if path.suffix.lower() in (".nc", ".zarr")), None)
 
 
 def bytes_of_image(size: tuple[int, int], bands: int, component_errors: bool = False) -> int:
@@ -39,35 +34,56 @@ def bytes_of_image(size: tuple[int, int], bands: int, component_errors: bool = F
 
 @contextmanager
 def streamed_to(
-    target: Path | None, size: tuple[int, int], bands: int, *, component_errors: bool = False
+    outputs: Sequence[Path],
+    size: tuple[int, int],
+    bands: int,
+    *,
+    component_errors: bool = False,
+    denoise: bool = False,
+    only_large: bool = False,
+    temporary: bool = True,
 ) -> Iterator[Path | None]:
-    """Choose where an image goes that cannot always be streamed to one of its files.
+    """Choose where an image goes while it is made.
 
     Parameters
     ----------
-    target : Path or None
-        The file that it can be streamed to.
+    outputs : sequence of Path
+        The files that it is for.
     size : (int, int)
         Width and height.
     bands : int
     component_errors : bool
+    denoise : bool
+        Whether it is not yet what is written.
+    only_large : bool
+        Stream to one of the files only what is large.
+    temporary : bool
+        Whether another file may hold it meanwhile. Not so if it is in memory as a whole before it is written, or if a
+        file is to be gone on with.
 
     Yields
     ------
     Path or None
-        That file; or without one a temporary file, which is there within the body, if the image is large and there is
-        room for it; else None: it is kept in memory.
+        One of the files; or without one that it can be streamed to a temporary file, which is there within the body, if
+        the image is large and there is room for it; else None: it is kept in memory.
 
     Examples
     --------
-    >>> with streamed_to(None, (16, 16), 69) as path:
-    ...     print(path)
+    >>> for name in ("room.nc", "room.png"):
+    ...     with streamed_to([Path(name)], (16, 16), 69) as path:
+    ...         print(path)
+    room.nc
     None
     """
     needed = bytes_of_image(size, bands, component_errors)
-    if target is not None or not is_large(needed) or shutil.disk_usage(temporary_folder()).free < needed:
+    target, large = None, is_large(needed)
+    if not denoise:
+        target = next((path for path in outputs if path.suffix.lower() in (".nc", ".zarr")), None)
+    if target is not None and (large or not only_large):
         yield target
-        return
-    with TemporaryDirectory(dir=temporary_folder()) as folder:
-        _LOG.info("the image, %s, is kept in %s meanwhile", decimal(needed), folder)
-        yield Path(folder, "image.nc")
+    elif not (large and temporary) or shutil.disk_usage(temporary_folder()).free < needed:
+        yield None
+    else:
+        with TemporaryDirectory(dir=temporary_folder()) as folder:
+            _LOG.info("the image, %s, is kept in %s meanwhile", decimal(needed), folder)
+            yield Path(folder, "image.nc")

@@ -207,7 +207,7 @@ class LightPaths:
             self.job,
             scene=scene,
             relit=said,
-            changed_lights=lights_in_words(lights, same_luminance, self.job.changed_lights),
+            changed_lights=lights_in_words(scene, lights, same_luminance, self.job.changed_lights),
             grid=self.job.grid if wavelengths is None else read_grid(wavelengths),
             stokes=self.job.stokes if stokes is None else stokes,
             excitation=self.job.excitation if excitation is None else excitation,

@@ -13,7 +13,14 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import runs_of
 from fluorspar.paths.render import Fill, fill_here, new_target
-from fluorspar.paths.resuming import check_image, check_same, label_onto, passes_of
+from fluorspar.paths.resuming import (
+    check_image,
+    check_same,
+    label_onto,
+    passes_of,
+    say_unfinished,
+    unfinished_image,
+)
 from fluorspar.progress import Progress
 
 __all__ = ["render_more"]
@@ -71,6 +78,8 @@ def render_more(
     job = replace(job, seed=int(attrs["seed"]), stream=len(passes), component_errors=errors)
     samples = job.scene.settings.spp
     label = label_onto(fingerprint(job), image, output)
+    if not resume and label is not None:
+        say_unfinished(unfinished_image(job, label, output), output)
     inner = new_target(job, output, label, resume=resume)
     with AddedPixels(inner, samples, image, sum(passes)) as target:
         left = [run for run in runs_of(job) if not target.has(*run)]

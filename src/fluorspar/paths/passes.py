@@ -21,7 +21,14 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import runs_of, variant_of
 from fluorspar.paths.render import Fill, fill_here, keep_finished, new_target
-from fluorspar.paths.resuming import earlier_image, label_onto, passes_of, take_over
+from fluorspar.paths.resuming import (
+    earlier_image,
+    label_onto,
+    passes_of,
+    say_unfinished,
+    take_over,
+    unfinished_image,
+)
 from fluorspar.progress import Progress
 from fluorspar.scene.settings import MOST_SAMPLES
 from fluorspar.scene.variants import use_variant
@@ -89,6 +96,8 @@ def render_passes(
     try:
         if resume:
             size = passes.go_on(size)
+        elif output is not None and passes.label is not None:
+            say_unfinished(unfinished_image(job, passes.label, output), output)
         with use_variant(variant_of(job)):  # to change it between passes would take longer than a small one
             while size:
                 size = passes.render(size)

@@ -18,7 +18,14 @@ from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import Run, runs_of, trace_chunks
 from fluorspar.paths.log import Chunk
-from fluorspar.paths.resuming import check_passes, earlier_image, earlier_left, say_unfinished, take_over
+from fluorspar.paths.resuming import (
+    check_passes,
+    earlier_image,
+    earlier_left,
+    say_unfinished,
+    take_over,
+    unfinished_image,
+)
 from fluorspar.paths.sweeping.gpu import sweeps_on_gpu, why_not_on_gpu
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables, lobe_tables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables, spectral_tables
@@ -103,6 +110,8 @@ def render_paths(
         if earlier is not None and not earlier.attrs.get("partial"):
             check_passes(earlier, job, output)
             return earlier
+    elif output is not None and label is not None:
+        say_unfinished(unfinished_image(job, label, output), output)
     with new_target(job, output, label, resume=resume) as target:
         if earlier is not None:
             take_over(target, earlier, runs_of(job))
@@ -191,8 +200,6 @@ def new_target(
     left = None
     if resume and label is not None:
         left = earlier_left(label, output)
-    elif label is not None:
-        say_unfinished(label, output)
     return PixelsInFile(output, *shape, label, left, resume)
 
 

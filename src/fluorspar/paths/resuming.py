@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,8 +32,10 @@ __all__ = [
     "label_onto",
     "look_for",
     "passes_of",
+    "pixels_left",
     "say_unfinished",
     "take_over",
+    "unfinished_image",
 ]
 
 _SHOWN = 3  # differences that a message names
@@ -181,12 +184,38 @@ def check_same(
         )
 
 
-def say_unfinished(label: Mapping[str, str], output: str | os.PathLike[str]) -> None:
-    """Say that there is something to go on with, which is about to be made anew."""
-    if _left(label, _target(output)) is not None:
+def unfinished_image(job: RenderJob, label: Mapping[str, str], output: str | os.PathLike[str]) -> str:
+    """What there is of an image that was not finished, and can be continued, in words; "" if nothing."""
+    settings = job.scene.settings
+    most = pixels_left(label, output)
+    with suppress(FluorsparError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", FluorsparWarning)  # of what is about to be replaced
+        with SpectralImage.open(output) as image:
+            attrs = image.attrs
+            if attrs.get("fingerprint") == label:
+                if attrs.get("partial"):
+                    there = image.dataset["radiance"][0, :, :, 0].values
+                    most = max(most, int(np.isfinite(there).sum()))
+                elif attrs.get("until", {}).get("stopped") == "interrupted":
+                    return f"{sum(passes_of(image))} samples per pixel"
+    return f"{most} of {settings.width * settings.height} pixels" if most else ""
+
+
+def pixels_left(label: Mapping[str, str], output: str | os.PathLike[str]) -> int:
+    """How many pixels the longest journal of this fingerprint has, of an image or of light paths."""
+    path = _left(label, _target(output))
+    records = [] if path is None else read_journal(path.with_suffix(".journal"), with_data=False)
+    return sum(
+        said.get("pixels", 0) + sum(count for _, count in said.get("runs", ())) for said, _, _ in records
+    )
+
+
+def say_unfinished(found: str, output: str | os.PathLike[str]) -> None:
+    """Say what there is to go on with, which is about to be made anew."""
+    if found:
         text = (
-            f"there is an unfinished render of {Path(output).name}, which --resume would continue; it is deleted when "
-            "this one is finished"
+            f"an unfinished {Path(output).name} is there, {found}: --resume (resume=True) would go on with it; it is "
+            "replaced when this one is finished"
         )
         warnings.warn(text, FluorsparWarning, stacklevel=5)
 
@@ -249,6 +278,6 @@ def _left(label: Mapping[str, str], target: Path) -> Path | None:
 
 
 def _label_of(journal: Path) -> dict[str, str] | None:
-    header, *_ = next(read_journal(journal), ({},))
+    header, *_ = next(read_journal(journal, with_data=False), ({},))
     label: dict[str, str] | None = header.get("label")
     return label

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from contextlib import closing, suppress
 from typing import Any, Protocol
 
-from fluorspar.errors import FluorsparWarning, OptionError, message
+from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
 from fluorspar.files.beside import remove_unfinished
 from fluorspar.fingerprint import fingerprint
 from fluorspar.job import RenderJob
@@ -18,7 +18,7 @@ from fluorspar.paths.light_paths import LightPaths, load_paths
 from fluorspar.paths.numbering import count_rows
 from fluorspar.paths.packed import PackedChunk, pack
 from fluorspar.paths.paths_file import PathsWriter
-from fluorspar.paths.resuming import look_for, say_unfinished
+from fluorspar.paths.resuming import look_for, pixels_left, say_unfinished
 from fluorspar.progress import Progress
 from fluorspar.scene.variants import usable_cores
 
@@ -83,8 +83,8 @@ def trace_job(
             if left is not None:
                 remove_unfinished(left)
             return earlier
-    elif label is not None:
-        say_unfinished(label, output)
+    elif label is not None and (there := max(pixels_left(label, output), _pixels_in(output, label, pixels))):
+        say_unfinished(f"{there} of {pixels} pixels", output)
     with PathsWriter(output, job, label, left, journaled=True) as writer:
         for chunk in () if earlier is None else earlier.chunks:
             if chunk.first_pixel not in writer.written:
@@ -93,6 +93,14 @@ def trace_job(
         _trace(job, trace, progress, writer.write, fix, writer.written)
         writer.keep()
     return load_paths(output)
+
+
+def _pixels_in(output: str | os.PathLike[str], label: Mapping[str, str], pixels: int) -> int:
+    """How many pixels an unfinished file of light paths has; 0 if it is another one, finished or none."""
+    with suppress(FluorsparError):
+        there = load_paths(output)
+        return there.pixels if there.fingerprint == label and there.pixels < pixels else 0
+    return 0
 
 
 def _trace(

@@ -402,17 +402,25 @@ def _listed(ids: Any) -> str:
 
 
 def lights_in_words(
-    lights: Mapping[str, LightSetting] | None, same_luminance: bool, before: Mapping[str, str] | None = None
+    scene: Scene,
+    lights: Mapping[str, LightSetting] | None,
+    same_luminance: bool,
+    before: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
-    """What lights were changed to, for the attribute `lights` of an image: now, and before.
+    """What lights were changed to, for the attribute `lights` of an image: now, and before, each by one of its ids.
 
     Examples
     --------
-    >>> lights_in_words({"lamp": 0.5, "sky": "D50"}, False, {"lamp": "A"})
-    {'lamp': 'A x 0.5', 'sky': 'D50'}
+    >>> from fluorspar.scene.loading import load_scene
+    >>> box = load_scene("cornell-box")
+    >>> lights_in_words(box, {"light": 0.5}, False, {"shape 'light' (obj)": "A"})
+    {"shape 'light' (obj)": 'A x 0.5'}
     """
+    rows = light_ids(scene)
     said = dict(before or {})
+    name_of = {rows[name]: name for name in said}
     for key, given in (lights or {}).items():
+        key = name_of.get(rows[key], key)
         words = in_words(given)
         if isinstance(words, int | float) and key in said:
             said[key] = f"{said[key]} x {words}"

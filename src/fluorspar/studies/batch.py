@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import time
 import warnings
 from collections.abc import Generator, Mapping, Sequence
@@ -13,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 from fluorspar.errors import ClusterError, FluorsparError, FluorsparWarning, OptionError, message
 from fluorspar.extras import check_extra
-from fluorspar.files.writing import check_not_input, check_target
+from fluorspar.files.writing import check_not_input
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.builtin import BUILTIN
 from fluorspar.studies.do_group import MARK, Result, do_group, fault_of
 from fluorspar.studies.files import located, mark_of
 from fluorspar.studies.groups import Group, groups_of
-from fluorspar.studies.index import index_of, read_marks, write_index
+from fluorspar.studies.index import check_index, index_of, write_index
 from fluorspar.studies.study import Study, read_study
 from fluorspar.version import __version__
 
@@ -32,6 +33,9 @@ __all__ = ["batch", "run_study"]
 
 _EVERY = 10.0  # s between indices
 _PARTS = 1000  # of a render, for progress
+# Bytes at the beginning of a file that hold the attributes: as JSON in EXR files, as text in ENVI headers.
+_HEAD = 2**18
+_NOTED = re.compile(rf'\b({MARK}|version|partial)"?: "?([\w.]+)')
 
 
 def batch(
@@ -154,8 +158,7 @@ def run_study(
 
 def _prepare(study: Study) -> None:
     """Refuse to overwrite what is read; make the folders of the files; remove what a killed run has left."""
-    if study.index is not None:
-        check_target(study.index.with_name(f"{study.index.name}.csv"))
+    check_index(study)
     indices = (
         [] if study.index is None else [f"{os.path.realpath(study.index)}{of}" for of in (".csv", ".nc")]
     )
@@ -184,12 +187,11 @@ def _prepare(study: Study) -> None:
 
 def _done_before(study: Study) -> dict[int, Result]:
     """Rows whose files are there, whole, and made by the same row."""
-    known = read_marks(study)
     found, others = {}, set()
     for row in study.rows:
         if all(path.exists() for path in row.outputs):
             mark = mark_of(row)
-            there = [_mark_in(path, known) for path in row.outputs]
+            there = [_mark_in(path) for path in row.outputs]
             if all(each == mark for each, _ in there):
                 found[row.number] = Result(row.number, "done", mark=mark, before=True)
                 others |= {version for _, version in there} - {"", __version__}
@@ -202,20 +204,26 @@ def _done_before(study: Study) -> dict[int, Result]:
     return found
 
 
-def _mark_in(path: Path, known: Mapping[Path, str]) -> tuple[str, str]:
+def _mark_in(path: Path) -> tuple[str, str]:
     """The mark of the row that a file was made by, "" if it is a part of an image, or another's; and the version."""
-    if path.suffix.lower() not in (".nc", ".zarr"):
-        return known.get(path, ""), ""
-    try:
-        if path.suffix.lower() == ".zarr":
+    suffix = path.suffix.lower()
+    attrs: Mapping[str, Any] = {}
+    with suppress(OSError, ValueError, KeyError):  # damaged
+        if suffix == ".zarr":
             attrs = json.loads((path / "zarr.json").read_text())["attributes"]
-        else:
+        elif suffix == ".nc":
             import h5py
 
             with h5py.File(path, "r") as file:
                 attrs = dict(file.attrs)
-    except (OSError, ValueError, KeyError):
-        return "", ""  # damaged
+        elif suffix == ".png":
+            from PIL import Image
+
+            with Image.open(path) as picture:
+                attrs = picture.info
+        elif suffix != ".hdr" or path.with_suffix(".img").exists():
+            with path.open("rb") as stream:
+                attrs = dict(_NOTED.findall(stream.read(_HEAD).decode(errors="replace")))
     return "" if "partial" in attrs else str(attrs.get(MARK, "")), str(attrs.get("version", ""))
 
 

@@ -6,19 +6,21 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError, message
 from fluorspar.files.memory import is_large
+from fluorspar.fingerprint import fingerprint
 from fluorspar.image.formats.netcdf_layout import write_attrs
 from fluorspar.image.opening import replace_attrs
 from fluorspar.image.spectral_image import SpectralImage
-from fluorspar.image.streaming import bytes_of_image, stream_target, streamed_to
+from fluorspar.image.streaming import streamed_to
 from fluorspar.job import RenderJob, read_grid
 from fluorspar.paths.light_paths import LightPaths
+from fluorspar.paths.resuming import unfinished_image
 from fluorspar.paths.trace import trace_job
 from fluorspar.paths.whole_image import whole_image
 from fluorspar.progress import Progress
@@ -225,7 +227,8 @@ def _attempt(
                     "lights": _lights(settings),
                     "same_luminance": bool(settings.get("same_luminance", False)),
                 }
-                image = render_job(_job(source, settings, threads, **lit), output=stream, progress=report)
+                job = _job(source, settings, threads, **lit)
+                image = render_job(job, output=stream, resume=_is_begun(job, stream), progress=report)
                 if image.attrs.get("partial") or image.attrs.get("until", {}).get("stopped") == "interrupted":
                     raise KeyboardInterrupt
             if settings.get("denoise"):
@@ -237,6 +240,12 @@ def _attempt(
     result = replace(result, warnings=tuple((each.category, str(each.message)) for each in told))
     told.clear()
     return result
+
+
+def _is_begun(job: RenderJob, stream: Path | None) -> bool:
+    """Whether there is an image of the job that was interrupted, to go on with."""
+    label = fingerprint(job)
+    return stream is not None and label is not None and bool(unfinished_image(job, label, stream))
 
 
 def _xml(value: Value) -> str:
@@ -282,17 +291,18 @@ def _check_rendered(row: Row) -> None:
             )
 
 
-@contextmanager
-def _stream(row: Row, source: Scene | LightPaths) -> Iterator[Path | None]:
+def _stream(row: Row, source: Scene | LightPaths) -> AbstractContextManager[Path | None]:
     """The file that a large image is streamed to while it is made: one of the row, or one that is there meanwhile."""
     settings = (source if isinstance(source, Scene) else source.job.scene).settings
-    size, bands = (settings.width, settings.height), len(read_grid(row.settings.get("wavelengths")))
-    component_errors = bool(row.settings.get("component_errors"))
-    target = None
-    if is_large(bytes_of_image(size, bands, component_errors)) and not row.settings.get("denoise"):
-        target = stream_target(row.outputs)
-    with streamed_to(target, size, bands, component_errors=component_errors) as stream:
-        yield stream
+    return streamed_to(
+        row.outputs,
+        (settings.width, settings.height),
+        len(read_grid(row.settings.get("wavelengths"))),
+        component_errors=bool(row.settings.get("component_errors")),
+        denoise=bool(row.settings.get("denoise")),
+        only_large=True,
+        temporary=row.settings.get("method", "paths") == "paths",
+    )
 
 
 def _write(image: SpectralImage, row: Row, mark: str, stream: Path | None) -> None:

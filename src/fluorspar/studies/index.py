@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from fluorspar.errors import OptionError, message
-from fluorspar.files.writing import replacing
+from fluorspar.files.writing import check_target, replacing
 from fluorspar.studies.do_group import Result
 from fluorspar.studies.study import Study
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["index_of", "read_marks", "write_index"]
+__all__ = ["check_index", "index_of", "write_index"]
 
 DIM = "render"
 """The dimension of an index, and of the images of a study."""
@@ -109,25 +109,25 @@ def write_index(study: Study, index: xr.Dataset) -> None:
         temporary.write_bytes(Path(folder, "index.nc").read_bytes())
 
 
-def read_marks(study: Study) -> dict[Path, str]:
-    """Marks of the files that the last index calls done, for those formats that hold none."""
-    import pandas as pd
+def check_index(study: Study) -> None:
+    """Refuse to replace a file of the name of the index that is none.
 
-    path = None if study.index is None else study.index.with_name(f"{study.index.name}.csv")
-    if path is None or not path.is_file():
-        return {}
-    try:
-        table = pd.read_csv(path, dtype=str, keep_default_na=False)
-        done = table[table["status"] == "done"]
-        return {
-            Path(os.path.normpath(path.parent / file)): mark
-            for name in table.columns
-            if name.partition("_")[0] == "output"
-            for file, mark in zip(done[name], done["study_row"], strict=True)
-        }
-    except (ValueError, KeyError) as err:
-        fix = "delete it: it is written anew"
-        raise OptionError(message("the index is not readable", where=path, got=err, fix=fix)) from err
+    Raises
+    ------
+    OptionError
+        If there is one.
+    ImageError
+        If the index cannot be written.
+    """
+    if study.index is None:
+        return
+    path = check_target(study.index.with_name(f"{study.index.name}.csv"))
+    if path.is_file():
+        with path.open(encoding="utf-8", errors="replace") as file:
+            columns = file.readline()
+        if "study_row" not in columns:
+            fix = "delete it: it is written anew"
+            raise OptionError(message("the index is not readable", where=path, got=columns.strip(), fix=fix))
 
 
 def _table(index: xr.Dataset) -> pd.DataFrame:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,6 +34,7 @@ __all__ = [
 ]
 
 _COLUMNS = 4
+_NOTED = ("study_row", "version")  # attributes of an image of a study that are noted in its picture
 
 
 def write_png(
@@ -81,24 +82,29 @@ def write_png(
     """
     with replacing(path) as temporary:
         shown = appearance(dataset, select(component, names_of(dataset)), exposure, white=white)
-        temporary.write_bytes(png_bytes(shown.bytes))
+        as_it_is = component is None and exposure is None and white is None
+        noted = _NOTED if as_it_is and _NOTED[0] in dataset.attrs else ()
+        texts = {name: str(dataset.attrs.get(name)) for name in noted}
+        temporary.write_bytes(png_bytes(shown.bytes, texts=texts))
     return shown.exposure
 
 
-def png_bytes(rgb: NDArray[np.uint8], effort: int = -1) -> bytes:
+def png_bytes(rgb: NDArray[np.uint8], effort: int = -1, *, texts: Mapping[str, str] | None = None) -> bytes:
     """Encode sRGB, an ndarray of shape (Y, X, 3), as PNG with the sRGB profile.
 
-    The effort is that of packing, from 0 to 9, or -1 for the usual one.
+    The effort is that of packing, from 0 to 9, or -1 for the usual one; `texts` are noted in the file.
 
     Examples
     --------
     >>> png_bytes(np.zeros((4, 6, 3), np.uint8))[1:4]
     b'PNG'
     """
-    from PIL import Image
+    from PIL import Image, PngImagePlugin
 
-    stream = io.BytesIO()
-    Image.fromarray(rgb).save(stream, "PNG", icc_profile=_srgb_profile(), compress_level=effort)
+    stream, info = io.BytesIO(), PngImagePlugin.PngInfo()
+    for name, text in (texts or {}).items():
+        info.add_text(name, text)
+    Image.fromarray(rgb).save(stream, "PNG", icc_profile=_srgb_profile(), compress_level=effort, pnginfo=info)
     return stream.getvalue()
 
 
