@@ -379,7 +379,7 @@ class TestFaults:
         Path("folder.nc").mkdir()
         if large:
             monkeypatch.setattr("fluorspar.files.memory.available_memory", lambda: 1000)
-        mixture = ",".join(["white-85:0.1"] * 30)
+        mixture = ",".join(["white-85:0.03125"] * 32)
         rows = [{"output": name, "material.left-wall": mixture}, {"light.light": "A", "output": "ok.nc"}]
         index = batch({"render": QUICK, "rows": rows})
         assert statuses(index) == ["failed", "done"]
@@ -565,7 +565,7 @@ class TestTwoAtOnce:
         begun: list[int] = []
 
         def other(done: int, whole: int) -> None:
-            if done >= 1000 and not begun:
+            if Path("1.nc").exists() and not begun:
                 begun.append(done)
                 assert statuses(batch(study)) == ["done"] * 3
 

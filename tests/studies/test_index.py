@@ -172,10 +172,9 @@ def test_rows_that_have_a_spectral_image_are_opened(tmp_path: Path) -> None:
     )
     batch(tmp_path / "mixed.toml")
     (tmp_path / "c.nc").unlink()
-    with (
-        pytest.warns(FluorsparWarning, match="left out.*: rows 1, 3, 5 of the study"),
-        open_study(tmp_path / "mixed.toml") as images,
-    ):
+    with pytest.warns(FluorsparWarning, match="left out.*: rows 1, 3, 5 of the study"):
+        images = open_study(tmp_path / "mixed.toml")
+    with images:
         assert images["output"].values.tolist() == ["a.nc", "a.zarr", "b.nc", "d.zarr"]
         assert images["seed"].values[:3].tolist() == [1, 2, 3]
         for place, name in enumerate(images["output"].values):

@@ -78,7 +78,7 @@ def _files_of(row: Row) -> Iterator[Path]:
         elif isinstance(value, str) and key.partition(".")[0] in _NAME_FILES:
             yield from _files_in(value, [Path()])
     for folder in folders:
-        if folder.is_dir():
+        if os.path.isdir(folder):
             yield from sorted(file for file in folder.glob("*") if file.is_file())
 
 
