@@ -367,7 +367,7 @@ class TestFaults:
         [
             ("a" * 300 + ".nc", "File name too long"),
             ("{material.left-wall}.png", "File name too long"),
-            ("a" * 300 + "/a.nc", "does not exist"),
+            ("a" * 300 + "/a.nc", "File name too long"),
             ("ball.xml/a.nc", "does not exist"),
             ("folder.nc", "is a directory"),
         ],
