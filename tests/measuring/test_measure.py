@@ -275,7 +275,7 @@ class TestFiles:
             ("point,wavelength,radiance\n1,400,1\n1,410,2\n2,400,1\n", "does not have the wavelengths"),
             ("wavelength,1\n400,1\n410,1\n425,1\n", "wavelengths"),
             ("wavelength,1\n400,nan\n410,1\n", "not a finite number"),
-            ("", "no rows of numbers"),
+            ("", "no rows"),
         ],
     )
     def test_malformed(self, tmp_path, text, fault):

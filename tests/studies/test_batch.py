@@ -16,7 +16,7 @@ import fluorspar
 from fluorspar import SpectralImage, batch
 from fluorspar.errors import FluorsparError, FluorsparWarning, OptionError
 from fluorspar.paths.chunks import CHUNK
-from fluorspar.studies.do_group import MARK
+from fluorspar.studies.marks import MARK
 
 GRID = "400:700:20"
 QUICK = {"scene": "cornell-box", "size": "8x8", "spp": 4, "wavelengths": GRID, "variant": "llvm"}
@@ -362,6 +362,49 @@ class TestFaults:
         assert statuses(index) == ["failed"]
         assert "the disk is full" in index["fault"].values[0]
 
+    @pytest.mark.parametrize(
+        ("name", "fault"),
+        [
+            ("a" * 300 + ".nc", "File name too long"),
+            ("{material.left-wall}.png", "File name too long"),
+            ("a" * 300 + "/a.nc", "File name too long"),
+            ("ball.xml/a.nc", "does not exist"),
+            ("folder.nc", "is a directory"),
+        ],
+    )
+    @pytest.mark.parametrize("large", [False, True])
+    def test_a_name_that_is_impossible_fails_its_row(
+        self, name: str, fault: str, large: bool, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        Path("folder.nc").mkdir()
+        if large:
+            monkeypatch.setattr("fluorspar.files.memory.available_memory", lambda: 1000)
+        mixture = ",".join(["white-85:0.03125"] * 32)
+        rows = [{"output": name, "material.left-wall": mixture}, {"light.light": "A", "output": "ok.nc"}]
+        index = batch({"render": QUICK, "rows": rows})
+        assert statuses(index) == ["failed", "done"]
+        assert fault in index["fault"].values[0]
+        assert "Traceback" not in index["fault"].values[0]
+
+    def test_what_the_system_refuses_fails_the_row(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        from fluorspar.studies import do_group
+
+        render = do_group.render_job
+
+        def refused(job: Any, **options: Any) -> Any:
+            if job.seed == 1:
+                raise PermissionError(13, "Permission denied", "a.obj")
+            return render(job, **options)
+
+        monkeypatch.setattr(do_group, "render_job", refused)
+        index = batch(SEEDS)
+        assert statuses(index) == ["failed", "done"]
+        assert str(index["fault"].values[0]).splitlines() == [
+            "the operating system refuses",
+            "  where:    a.obj",
+            "  got:      Permission denied",
+        ]
+
     def test_two_names_of_one_file_are_refused(self, folder: Path) -> None:
         (folder / "real").mkdir()
         (folder / "linked").symlink_to("real")
@@ -510,3 +553,58 @@ def test_zarr_stores_and_folders_named_like_lamps(tmp_path):
         assert index["status"].values.tolist() == ["done", "done"]
         assert int(np.isnan(index["seconds"].values).sum()) == before
     assert sorted(path.name for path in tmp_path.glob("*/*.zarr")) == ["box-001.zarr", "box-002.zarr"]
+
+
+class TestTwoAtOnce:
+    @pytest.mark.parametrize("key", ["seed", "light.light"])
+    def test_what_another_has_done_meanwhile_is_left_out(
+        self, key: str, counted: dict[str, int], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """The first of three rows is made, and then all of them by another batch."""
+        study = {"render": QUICK, "product": {key: [1, 2, 3]}, "output": "{number}.nc"}
+        begun: list[int] = []
+
+        def other(done: int, whole: int) -> None:
+            if Path("1.nc").exists() and not begun:
+                begun.append(done)
+                assert statuses(batch(study)) == ["done"] * 3
+
+        assert statuses(batch(study, progress=other)) == ["done"] * 3
+        assert counted["render_job"] + counted["whole_image"] == 3
+        assert counted["trace_job"] == (2 if key == "light.light" else 0)
+
+    @pytest.mark.parametrize("key", ["seed", "light.light"])
+    def test_two_commands_render_every_row_once(self, key: str, folder: Path) -> None:
+        values = "1, 2, 3, 4"
+        (folder / "study.toml").write_text(
+            f'output = "{{number}}.nc"\nrender = {{ scene = "cornell-box", size = "16x16", spp = 16 }}\n'
+            f"product.{key} = [{values}]"
+        )
+        code = """
+import os, time, warnings, fluorspar
+from pathlib import Path
+from fluorspar.studies import do_group
+def noted(name):
+    call = getattr(do_group, name)
+    def noting(*arguments, **options):
+        with open("noted", "a") as file:
+            file.write(name + "\\n")
+        return call(*arguments, **options)
+    setattr(do_group, name, noting)
+for name in ("trace_job", "render_job", "whole_image"):
+    noted(name)
+Path(f"ready-{os.getpid()}").touch()
+while len(list(Path().glob("ready-*"))) < 2:
+    time.sleep(0.01)
+assert fluorspar.batch("study.toml")["status"].values.tolist() == ["done"] * 4
+"""
+        both = [
+            subprocess.Popen([sys.executable, "-W", "ignore", "-c", code], stderr=subprocess.PIPE)
+            for _ in "ab"
+        ]
+        for process in both:
+            _, said = process.communicate(timeout=120)
+            assert process.returncode == 0, said.decode()
+        noted = Path("noted").read_text().split()
+        expected = ["render_job"] * 4 if key == "seed" else ["trace_job", *["whole_image"] * 4]
+        assert sorted(noted) == expected

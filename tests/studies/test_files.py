@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 
 from fluorspar.studies.files import mark_of
@@ -50,4 +52,29 @@ def test_of_all_ways_to_name_a_file(tmp_path, file):
     row = Row(1, {"scene": "room.xml", "library": "mine"}, (), tmp_path)
     before = mark_of(row)
     (tmp_path / file).write_text("2")
+    assert mark_of(row) != before
+
+
+@pytest.mark.parametrize("value", ["x" * 300, "400:0.1, " * 1000], ids=["name", "spectrum"])
+def test_a_value_that_is_no_name_hides_no_file(tmp_path, value):
+    """A long text is not looked for; the folder that is named beside it still is."""
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "room.xml").write_text(
+        f'<scene><path value="meshes"/><a value="{value}"/><b value="far.ply"/></scene>'
+    )
+    row = Row(1, {"scene": "room.xml", "library": value}, (), tmp_path)
+    before = mark_of(row)
+    (tmp_path / "meshes" / "far.ply").write_text("ply")
+    assert mark_of(row) != before
+
+
+def test_a_file_that_cannot_be_read_is_told_by_its_reader(tmp_path, monkeypatch):
+    (tmp_path / "room.xml").write_text("<scene/>")
+    row = Row(1, {"scene": "room.xml"}, (), tmp_path)
+    before = mark_of(row)
+
+    def refuse(*_):
+        raise PermissionError(13, os.strerror(13), "room.xml")
+
+    monkeypatch.setattr("fluorspar.studies.files._digest", refuse)
     assert mark_of(row) != before

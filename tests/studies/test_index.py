@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from fluorspar import SpectralImage, batch, open_study
-from fluorspar.errors import FluorsparError, ImageError, OptionError
+from fluorspar.errors import FluorsparError, FluorsparWarning, ImageError, OptionError
 from fluorspar.studies.do_group import Result
 from fluorspar.studies.index import index_of
 from fluorspar.studies.study import read_study
@@ -98,7 +98,7 @@ def test_without_an_image(tmp_path: Path) -> None:
         open_study(tmp_path / "lamps.toml")
     (tmp_path / "lamps.toml").write_text('render.scene = "nothing.xml"')
     batch(tmp_path / "lamps.toml")
-    with pytest.raises(ImageError, match="no image"):
+    with pytest.raises(ImageError, match="no image of the study is done"):
         open_study(tmp_path / "lamps.toml")
 
 
@@ -125,9 +125,69 @@ def test_settings_are_numbers_where_all_are(values: list[Any], expected: list[An
     np.testing.assert_array_equal(found, expected)
 
 
-def test_an_index_that_is_none_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize("suffix", [".csv", ".nc"])
+def test_an_index_that_is_none_is_named(suffix: str, tmp_path: Path) -> None:
+    """Expected: nobody is told to delete a file of his own, and nothing is rendered."""
     path = tmp_path / "lamps.csv"
     path.write_text("scene,size,spp\ncornell-box,8x8,4\n")
-    (tmp_path / "lamps-index.csv").write_text("notes of mine\n")
-    with pytest.raises(OptionError, match="index is not readable"):
+    (tmp_path / f"lamps-index{suffix}").write_text("notes of mine\n")
+    with pytest.raises(OptionError, match=r"(?s)no index has the name of the index.*rename it, or the study"):
         batch(path)
+    (tmp_path / f"lamps-index{suffix}").unlink()
+    (tmp_path / f"lamps-index{suffix}").mkdir()
+    with pytest.raises(ImageError, match="is a directory"):
+        batch(path)
+    assert not (tmp_path / "lamps-1.nc").exists()
+
+
+def test_two_studies_do_not_share_an_index(tmp_path: Path) -> None:
+    for name, text in (("lamps.csv", "scene\nno.xml\n"), ("lamps.toml", 'render.scene = "no.xml"')):
+        (tmp_path / name).write_text(text)
+    batch(tmp_path / "lamps.csv")
+    batch(tmp_path / "lamps.csv")
+    with pytest.raises(OptionError, match=r"(?s)same index.*lamps\.toml and lamps\.csv"):
+        batch(tmp_path / "lamps.toml")
+    (tmp_path / "lamps.csv").unlink()
+    batch(tmp_path / "lamps.toml")
+
+
+@pytest.mark.parametrize("setting", ['light."a/b" = "A"', "D.a = 1000000000000000000000"])
+def test_it_holds_all_that_a_study_can_say(setting: str, tmp_path: Path) -> None:
+    (tmp_path / "odd.toml").write_text(f'render.scene = "no.xml"\nrender.{setting}')
+    batch(tmp_path / "odd.toml")
+    index = xr.load_dataset(tmp_path / "odd-index.nc")
+    name, _, value = setting.replace('"', "").replace("/", "|").partition(" = ")
+    assert index[name].values.tolist() == [value]
+
+
+def test_rows_that_have_a_spectral_image_are_opened(tmp_path: Path) -> None:
+    """Expected: those in Zarr too, in whichever column; a picture is left out, and so is a file that has gone."""
+    pytest.importorskip("zarr")
+    names = ["a.png", "a.nc", "b.png", "a.zarr", "c.nc", "b.nc"]
+    rows = [{"seed": 1 + number // 2, "output": name} for number, name in enumerate(names)]
+    lines = [", ".join(f"{key} = {value!r}" for key, value in row.items()) for row in rows]
+    (tmp_path / "mixed.toml").write_text(
+        'render = { scene = "cornell-box", size = "8x8", spp = 4, wavelengths = "400:700:20", variant = "llvm" }\n'
+        f"rows = [{', '.join(f'{{ {line} }}' for line in lines)}, {{ output = ['d.png', 'd.zarr'] }}]"
+    )
+    batch(tmp_path / "mixed.toml")
+    (tmp_path / "c.nc").unlink()
+    with pytest.warns(FluorsparWarning, match="left out.*: rows 1, 3, 5 of the study"):
+        images = open_study(tmp_path / "mixed.toml")
+    with images:
+        assert images["output"].values.tolist() == ["a.nc", "a.zarr", "b.nc", "d.zarr"]
+        assert images["seed"].values[:3].tolist() == [1, 2, 3]
+        for place, name in enumerate(images["output"].values):
+            with SpectralImage.open(tmp_path / name) as image:
+                np.testing.assert_array_equal(
+                    images["radiance"][place].values, image.dataset["radiance"].values
+                )
+
+
+def test_why_no_image_can_be_opened(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text(
+        'output = "a.png"\nrender = { scene = "cornell-box", size = "8x8", spp = 4, variant = "llvm" }'
+    )
+    batch(tmp_path / "a.toml")
+    with pytest.raises(ImageError, match="no image of the study is in NetCDF or Zarr"):
+        open_study(tmp_path / "a.toml")

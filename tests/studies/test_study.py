@@ -78,6 +78,13 @@ class TestTables:
         assert [row.outputs[0].name for row in study.rows] == ["a.png", "lamps-2.nc"]
         assert "output" not in study.rows[0].settings
 
+    def test_lines_without_a_cell_are_none(self, tmp_path: Path) -> None:
+        """As spreadsheets leave them."""
+        for comma in ",;":
+            text = ",,,,\nscene,seed,,,\nfurnace,1,,,\n,,,,\nfurnace,2,,,\n,,,,\n".replace(",", comma)
+            rows = read_study(written(tmp_path, text, "lamps.csv")).rows
+            assert [(row.number, row.settings["seed"]) for row in rows] == [(1, 1), (2, 2)]
+
     def test_what_python_has(self) -> None:
         render = {"scene": Path("box.xml"), "size": (8, 6), "spp": np.int64(4)}
         study = read_study({"render": render, "product": {"concentration": {"wall": np.linspace(0, 1, 3)}}})
@@ -87,6 +94,10 @@ class TestTables:
             "spp": 4,
             "concentration.wall": 0.5,
         }
+
+    def test_a_file_may_be_named_by_its_path(self, tmp_path: Path) -> None:
+        (row,) = read_study({"render": BOX, "output": tmp_path / "a.nc"}).rows
+        assert row.outputs == (tmp_path / "a.nc",)
 
     def test_several_files_a_row(self) -> None:
         study = read_study({"render": BOX, "output": ["a.nc", "a.png"]})
@@ -126,6 +137,22 @@ class TestTables:
         ({"render": BOX | {"light": {"lamp": "A"}}, "output": "{lght}.nc"}, ("did you mean light",)),
         ({"render": BOX, "output": "{scene.nc"}, ("pattern",)),
         ({"render": BOX, "output": "a.jpg"}, ("cannot be written", ".nc")),
+        ({"render": BOX, "output": 5}, ("output is not readable", "row 1", "5", "a pattern")),
+        ({"render": BOX, "output": 0}, ("output is not readable", "0")),
+        ({"render": BOX, "output": []}, ("output is not readable",)),
+        ({"render": BOX, "output": ["a.nc", 5]}, ("output is not readable", "['a.nc', 5]")),
+        ({"render": BOX, "rows": [{}, {"output": 5}]}, ("output is not readable", "row 2")),
+        ({"render": BOX, "output": "{seed:c}.nc", "rows": [{"seed": 2**40}]}, ("pattern", "row 1")),
+        ({5: 3}, ("no '5'",)),
+        ({"render": BOX | {5: 3}}, ("no option '5'", "render")),
+        ({"render": BOX, "product": {5: [3]}}, ("no option '5'", "product")),
+        ({"render": BOX, "output": "a\0b.nc"}, ("output is not readable", r"a\x00b")),
+        ({"render": BOX, "output": "{seed:c}.nc", "rows": [{"seed": 0}]}, ("pattern", "row 1")),
+        ({"render": {"scene": "a\0b.xml"}}, ("not readable", "render, scene", r"a\x00b")),
+        ({"render": BOX, "product": {"light.lamp": ["A\0"]}}, ("not readable", "light.lamp", r"A\x00")),
+        ({"render": BOX, "rows": [{"D.a": "\0"}]}, ("not readable", "row 1, D.a")),
+        ({"render": BOX | {"light.a\0": "A"}}, (r"no option 'light.a\x00'",)),
+        ({"render": BOX | {"library": "a\ud800"}}, ("not readable", "library", r"a\ud800")),
         (
             {"render": BOX, "product": {"seed": [1, 2], "spp": [4, 8]}, "output": "{spp}.nc"},
             ("two renders have the same output", "rows 1 and 3", "{seed}"),
@@ -147,7 +174,9 @@ def test_what_is_wrong_is_said(tables: dict[str, Any], parts: tuple[str, ...]) -
         ("lamps.json", "{}", "cannot be a study"),
         ("lamps.csv", "scene,spp,spp\nfurnace,4,8\n", "the same name"),
         ("lamps.csv", "scene,spp\nfurnace\n", "number of cells"),
-        ("lamps.csv", "", "no rows"),
+        ("lamps.csv", "", "(?s)no rows\n.*names of the columns"),
+        ("lamps.csv", "scene,spp\n", "(?s)no rows\n.*names of the columns"),
+        ("lamps.csv", "scene,spp\n,,,\n", "no rows\n"),
     ],
 )
 def test_a_file_that_is_none(name: str, text: str, part: str, tmp_path: Path) -> None:

@@ -185,7 +185,8 @@ def parse_table(
     enough. Text further up and below, which instruments write around their tables, is passed over.
 
     Where rows have names, these may begin with # and hold blanks: the first line that is no comment is the header, all
-    lines below it are rows, none of them comments, and a tab separates cells, empty ones too.
+    lines below it are rows, none of them comments, and a tab separates cells, empty ones too. A line without any cell
+    is none.
 
     Examples
     --------
@@ -209,6 +210,9 @@ def parse_table(
     except _NoLine as err:
         where = f"{where}, line {err.args[0]}"
         raise error(message("a line is not part of a table", where=where, got=err.__cause__)) from err
+    if named_rows and not rows:
+        expected = "a line with the names of the columns, and below it a line for each row"
+        raise error(message("the file holds no rows", where=where, expected=expected))
     found = [*header, *rows]
     return table_of_lines(keys, found, has_header=bool(header), where=Path(where), error=error)
 
@@ -267,6 +271,7 @@ def _named(lines: Sequence[tuple[int, str]]) -> tuple[list[Line], list[Line]]:
         if separator is None or separator not in line:
             separator = next((mark for mark in ";\t," if mark in line), None)
         cut.append((number, _split(number, line, separator)))
+    cut = [(number, cells) for number, cells in cut if any(cells)]  # spreadsheets leave rows of separators
     return cut[:1], cut[1:]
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import re
 import time
 import warnings
 from collections.abc import Generator, Mapping, Sequence
@@ -17,11 +15,13 @@ from fluorspar.extras import check_extra
 from fluorspar.files.writing import check_not_input
 from fluorspar.progress import Progress, shown
 from fluorspar.scene.builtin import BUILTIN
-from fluorspar.studies.do_group import MARK, Result, do_group, fault_of
-from fluorspar.studies.files import located, mark_of
+from fluorspar.studies.do_group import Result, do_group, fault_of
+from fluorspar.studies.files import located
 from fluorspar.studies.groups import Group, groups_of
-from fluorspar.studies.index import check_index, index_of, write_index
-from fluorspar.studies.study import Study, read_study
+from fluorspar.studies.index import check_index, index_files, index_of, write_index
+from fluorspar.studies.marks import made_by
+from fluorspar.studies.study import Row, Study, read_study
+from fluorspar.studies.turns import turn
 from fluorspar.version import __version__
 
 if TYPE_CHECKING:
@@ -33,9 +33,6 @@ __all__ = ["batch", "run_study"]
 
 _EVERY = 10.0  # s between indices
 _PARTS = 1000  # of a render, for progress
-# Bytes at the beginning of a file that hold the attributes: as JSON in EXR files, as text in ENVI headers.
-_HEAD = 2**18
-_NOTED = re.compile(rf'\b({MARK}|version|partial)"?: "?([\w.]+)')
 
 
 def batch(
@@ -128,7 +125,7 @@ def run_study(
     try:
         for again in (False, True):
             rows = [row for row in pending if not again or found[row.number].status == "failed"]
-            with closing(_results(groups_of(study.rows, rows), client, threads, bar, again)) as done:
+            with closing(_results(study, rows, client, threads, bar, again)) as done:
                 for results in done:
                     for result in results:
                         found[result.number] = result
@@ -159,9 +156,7 @@ def run_study(
 def _prepare(study: Study) -> None:
     """Refuse to overwrite what is read; make the folders of the files; remove what a killed run has left."""
     check_index(study)
-    indices = (
-        [] if study.index is None else [f"{os.path.realpath(study.index)}{of}" for of in (".csv", ".nc")]
-    )
+    indices = [os.path.realpath(path) for path in index_files(study)]
     real: dict[str, Path] = {}
     for path in (path for row in study.rows for path in row.outputs):
         if real.setdefault(os.path.realpath(path), path) != path:
@@ -180,21 +175,21 @@ def _prepare(study: Study) -> None:
             with suppress(OSError):  # told when it is written
                 path.parent.mkdir(parents=True, exist_ok=True)
     for group in groups_of(study.rows, study.rows):
-        for file in group.paths_files():
-            with suppress(OSError):
-                file.unlink(missing_ok=True)
+        with turn(study.file, group.rows, wait=False) as is_ours:
+            for file in group.paths_files() if is_ours else []:
+                with suppress(OSError):
+                    file.unlink(missing_ok=True)
 
 
 def _done_before(study: Study) -> dict[int, Result]:
     """Rows whose files are there, whole, and made by the same row."""
-    found, others = {}, set()
+    found: dict[int, Result] = {}
+    others: set[str] = set()
     for row in study.rows:
-        if all(path.exists() for path in row.outputs):
-            mark = mark_of(row)
-            there = [_mark_in(path) for path in row.outputs]
-            if all(each == mark for each, _ in there):
-                found[row.number] = Result(row.number, "done", mark=mark, before=True)
-                others |= {version for _, version in there} - {"", __version__}
+        if made := made_by(row):
+            mark, versions = made
+            found[row.number] = Result(row.number, "done", mark=mark, before=True)
+            others |= versions - {"", __version__}
     if others:
         text = (
             f"some images were made by Fluorspar {', '.join(sorted(others))} and count as done; delete them to have "
@@ -204,41 +199,30 @@ def _done_before(study: Study) -> dict[int, Result]:
     return found
 
 
-def _mark_in(path: Path) -> tuple[str, str]:
-    """The mark of the row that a file was made by, "" if it is a part of an image, or another's; and the version."""
-    suffix = path.suffix.lower()
-    attrs: Mapping[str, Any] = {}
-    with suppress(OSError, ValueError, KeyError):  # damaged
-        if suffix == ".zarr":
-            attrs = json.loads((path / "zarr.json").read_text())["attributes"]
-        elif suffix == ".nc":
-            import h5py
-
-            with h5py.File(path, "r") as file:
-                attrs = dict(file.attrs)
-        elif suffix == ".png":
-            from PIL import Image
-
-            with Image.open(path) as picture:
-                attrs = picture.info
-        elif suffix != ".hdr" or path.with_suffix(".img").exists():
-            with path.open("rb") as stream:
-                attrs = dict(_NOTED.findall(stream.read(_HEAD).decode(errors="replace")))
-    return "" if "partial" in attrs else str(attrs.get(MARK, "")), str(attrs.get("version", ""))
-
-
 def _results(
-    groups: Sequence[Group], client: Any, threads: int | None, bar: _Bar, again: bool
+    study: Study, rows: Sequence[Row], client: Any, threads: int | None, bar: _Bar, again: bool
 ) -> Generator[list[Result]]:
-    """Do one group after another, here or on workers."""
-    if client is None:
+    """Do one group after another, here or on workers; at the end those that other processes are at meanwhile."""
+    groups = groups_of(study.rows, rows)
+    if client is not None:
+        yield from _on_workers(groups, client, threads, bar, again)
+        return
+    for last in (False, True):
+        left = []
         for group in groups:
-            results = do_group(group, threads, None if again else bar.tell)
+            with turn(study.file, group.rows, wait=last) as is_ours:
+                results = do_group(group, threads, None if again else bar.tell) if is_ours else []
+            if not is_ours:
+                left.append(group)
+                continue
             yield results
             if not again:
                 bar.advance(len(results))
-        return
-    yield from _on_workers(groups, client, threads, bar, again)
+        groups = left
+        if left and not last:
+            count = sum(len(group.rows) for group in left)
+            text = f"{count} renders are being made by another process, which is waited for"
+            warnings.warn(text, FluorsparWarning, stacklevel=4)
 
 
 def _on_workers(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 import traceback
 import warnings
@@ -32,13 +33,11 @@ from fluorspar.scene.settings_text import light_of, size_of
 from fluorspar.studies.files import located, mark_of
 from fluorspar.studies.groups import Group
 from fluorspar.studies.keys import Value, ids_of
+from fluorspar.studies.marks import MARK, made_by
 from fluorspar.studies.study import Row
 from fluorspar.until import Until
 
-__all__ = ["MARK", "Result", "do_group", "fault_of"]
-
-MARK = "study_row"
-"""Attribute of an image: the mark of its row, see `mark_of`."""
+__all__ = ["Result", "do_group", "fault_of"]
 
 _OF_JOB = (
     "seed",
@@ -76,7 +75,7 @@ class Result:
     warnings : tuple of (type, str)
         What was warned of.
     before : bool
-        Whether it was done by an earlier run.
+        Whether it was done by an earlier run, or by another one meanwhile.
     """
 
     number: int
@@ -91,7 +90,7 @@ class Result:
 def do_group(
     group: Group, threads: int | None = None, tell: Callable[[int, float], object] | None = None
 ) -> list[Result]:
-    """Make and write the images of a group.
+    """Make and write the images of a group, but for those that others have made meanwhile.
 
     Parameters
     ----------
@@ -107,7 +106,6 @@ def do_group(
         One of each row, also if the user interrupts.
     """
     results: list[Result] = []
-    marks = {row.number: mark_of(row) for row in group.rows}  # of the files that are about to be read
 
     def report(done: int, whole: int) -> None:
         if tell:
@@ -115,6 +113,10 @@ def do_group(
 
     status, fault = "open", ""
     try:
+        marks = {row.number: mark_of(row) for row in group.rows}  # of the files that are about to be read
+        made = [result for row in group.rows if (result := _made_meanwhile(row))]
+        if len(made) == len(group.rows):
+            return made
         with _caught() as told, _source(group, threads, report) as source:
             for row in group.rows:
                 results.append(_attempt(row, marks[row.number], source, group.common, told, threads, report))
@@ -132,6 +134,8 @@ def fault_of(err: BaseException) -> str:
         return str(err)
     if isinstance(err, MemoryError):
         return message("there is not enough memory", got=str(err) or None)
+    if isinstance(err, OSError) and err.strerror:
+        return message("the operating system refuses", where=err.filename, got=err.strerror)
     return "".join(traceback.format_exception(err)).strip()
 
 
@@ -163,7 +167,14 @@ def _source(group: Group, threads: int | None, report: Progress) -> Iterator[Sce
     asked = job.scene.settings
     file = None
     if is_large(asked.width * asked.height * asked.spp * _SAMPLE):
-        file = group.paths_files()[0]
+        file = next(
+            (
+                file
+                for file in group.paths_files()
+                if os.path.isdir(file.parent) and os.access(file.parent, os.W_OK)
+            ),
+            None,
+        )
     try:
         paths = trace_job(job, report, file)
         if paths.pixels < asked.width * asked.height:
@@ -172,6 +183,11 @@ def _source(group: Group, threads: int | None, report: Progress) -> Iterator[Sce
     finally:
         if file is not None:
             file.unlink(missing_ok=True)
+
+
+def _made_meanwhile(row: Row) -> Result | None:
+    made = made_by(row)
+    return made and Result(row.number, "done", mark=made[0], before=True)
 
 
 def _lights(settings: Mapping[str, Value]) -> dict[str, Any]:
@@ -198,7 +214,9 @@ def _attempt(
     threads: int | None,
     report: Progress,
 ) -> Result:
-    """Make and write the image of a row."""
+    """Make and write the image of a row, if it is not done."""
+    if made := _made_meanwhile(row):
+        return made
     began = time.perf_counter()
     settings = located(row.settings, row.folder)
     given = {k: v for k, v in ids_of(settings, "material").items() if f"material.{k}" not in common}

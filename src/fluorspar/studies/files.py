@@ -61,9 +61,10 @@ def mark_of(row: Row) -> str:
     files = list(_files_of(row))
     folders = [file.parent for file in files]
     for file in files:
-        mark.update(_digest(file, file.stat().st_mtime_ns))
-        if file.suffix.lower() == ".xml":
-            files += [named for named in _named_in(file, folders, parameters) if named not in files]
+        with suppress(OSError):  # told when it is read
+            mark.update(_digest(file, file.stat().st_mtime_ns))
+            if file.suffix.lower() == ".xml":
+                files += [named for named in _named_in(file, folders, parameters) if named not in files]
     return mark.hexdigest()
 
 
@@ -77,7 +78,8 @@ def _files_of(row: Row) -> Iterator[Path]:
         elif isinstance(value, str) and key.partition(".")[0] in _NAME_FILES:
             yield from _files_in(value, [Path()])
     for folder in folders:
-        yield from sorted(file for file in folder.glob("*") if file.is_file())
+        if os.path.isdir(folder):
+            yield from sorted(file for file in folder.glob("*") if file.is_file())
 
 
 def _files_in(text: str, folders: Sequence[Path]) -> Iterator[Path]:
@@ -105,10 +107,9 @@ def _named_in(file: Path, folders: Sequence[Path], parameters: Mapping[str, str]
         for value in (first or second for first, second in _QUOTED.findall(text))
     ]
     around = [*dict.fromkeys([*folders, file.parent])]
-    with suppress(OSError, ValueError):
-        around += [
-            folder / value for folder in around for value in values if value and (folder / value).is_dir()
-        ]
+    around += [
+        folder / value for folder in around for value in values if value and os.path.isdir(folder / value)
+    ]
     for value in values:
         yield from _files_in(value, around)
 

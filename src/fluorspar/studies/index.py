@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -12,16 +12,19 @@ from typing import TYPE_CHECKING, Any
 from fluorspar.errors import OptionError, message
 from fluorspar.files.writing import check_target, replacing
 from fluorspar.studies.do_group import Result
+from fluorspar.studies.marks import MARK
 from fluorspar.studies.study import Study
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["check_index", "index_of", "write_index"]
+__all__ = ["check_index", "index_files", "index_of", "write_index"]
 
 DIM = "render"
 """The dimension of an index, and of the images of a study."""
+
+_STUDY = "study"  # attribute: the file that it is the index of
 
 _ABOUT = {
     "output": "file of the image, relative to the index",
@@ -39,8 +42,9 @@ def index_of(study: Study, results: Iterable[Result]) -> xr.Dataset:
     -------
     Dataset
         With a dimension `render`, whose coordinates are the number of the row and every setting that a row has: numbers
-        where all are, else texts; nan or "" where a row has none. Variables `output` (one for each pattern: `output_2`,
-        ...), `status`, `seconds`, `study_row` and `fault`.
+        where all are, else texts; nan or "" where a row has none. A / in the name of a setting is a |, because it
+        separates groups in NetCDF. Variables `output` (one for each pattern: `output_2`, ...), `status`, `seconds`,
+        `study_row` and `fault`.
 
     Examples
     --------
@@ -58,7 +62,7 @@ def index_of(study: Study, results: Iterable[Result]) -> xr.Dataset:
         DIM: (DIM, [row.number for row in study.rows], {"long_name": "row of the study"})
     }
     for key in study.keys:
-        coords[key] = (DIM, _column([row.settings.get(key) for row in study.rows]))
+        coords[key.replace("/", "|")] = (DIM, _column([row.settings.get(key) for row in study.rows]))
     base = Path.cwd() if study.index is None else study.index.parent
     variables: dict[str, Any] = {}
     for place, name in enumerate(output_names(study)):
@@ -73,7 +77,8 @@ def index_of(study: Study, results: Iterable[Result]) -> xr.Dataset:
         "study_row": (DIM, [result.mark for result in found]),
         "fault": (DIM, [result.fault for result in found]),
     }
-    index = xr.Dataset(variables, coords)
+    attrs = {} if study.file is None else {_STUDY: study.file.name}
+    index = xr.Dataset(variables, coords, attrs)
     for name in variables:
         index[name].attrs.setdefault("long_name", _ABOUT.get(name, ""))
     return index
@@ -97,10 +102,11 @@ def write_index(study: Study, index: xr.Dataset) -> None:
 
     if study.index is None:
         return
-    with replacing(study.index.with_name(f"{study.index.name}.csv")) as temporary:
+    table, netcdf = index_files(study)
+    with replacing(table) as temporary:
         _table(index).to_csv(temporary, index=True)
     with (
-        replacing(study.index.with_name(f"{study.index.name}.nc")) as temporary,
+        replacing(netcdf) as temporary,
         TemporaryDirectory() as folder,  # HDF5 opens no file that is locked
     ):
         # `to_netcdf` would ask a lock of the scheduler of Dask, which may be the reason why this is written.
@@ -110,7 +116,7 @@ def write_index(study: Study, index: xr.Dataset) -> None:
 
 
 def check_index(study: Study) -> None:
-    """Refuse to replace a file of the name of the index that is none.
+    """Refuse to replace a file of the name of the index that is none, or the index of another study.
 
     Raises
     ------
@@ -119,15 +125,35 @@ def check_index(study: Study) -> None:
     ImageError
         If the index cannot be written.
     """
-    if study.index is None:
-        return
-    path = check_target(study.index.with_name(f"{study.index.name}.csv"))
-    if path.is_file():
+    for path in index_files(study):
+        if not check_target(path).exists():
+            continue
+        other = _study_of(path)
+        if other is None:
+            fault, fix = "a file that is no index has the name of the index", "rename it, or the study"
+            raise OptionError(message(fault, where=path, fix=fix))
+        if study.file and other not in ("", study.file.name) and study.file.with_name(other).exists():
+            fault, fix = "two studies have the same index", "rename one of the studies, or delete the index"
+            got = f"{study.file.name} and {other}"
+            raise OptionError(message(fault, where=path, got=got, fix=fix))
+
+
+def index_files(study: Study) -> list[Path]:
+    """The files of the index of a study, CSV and NetCDF; a study without a file has none."""
+    index = study.index
+    return [] if index is None else [index.with_name(f"{index.name}{suffix}") for suffix in (".csv", ".nc")]
+
+
+def _study_of(path: Path) -> str | None:
+    """The file of the study that a file is the index of, "" if it does not say; None if it is no index."""
+    import h5py
+
+    if path.suffix == ".csv":
         with path.open(encoding="utf-8", errors="replace") as file:
-            columns = file.readline()
-        if "study_row" not in columns:
-            fix = "delete it: it is written anew"
-            raise OptionError(message("the index is not readable", where=path, got=columns.strip(), fix=fix))
+            return "" if MARK in file.readline() else None
+    with suppress(OSError), h5py.File(path) as index:
+        return str(index.attrs.get(_STUDY, "")) if MARK in index else None
+    return None
 
 
 def _table(index: xr.Dataset) -> pd.DataFrame:
@@ -136,8 +162,13 @@ def _table(index: xr.Dataset) -> pd.DataFrame:
 
 def _column(values: Sequence[Any]) -> list[Any]:
     """Settings of all rows as numbers, or as texts."""
-    if all(value is None or isinstance(value, int | float) for value in values):
+    if all(value is None or _is_number(value) for value in values):
         if any(value is None for value in values) or not all(type(v) is type(values[0]) for v in values):
             return [float("nan") if value is None else float(value) for value in values]
         return [int(value) if isinstance(value, bool) else value for value in values]
     return ["" if value is None else str(value) for value in values]
+
+
+def _is_number(value: Any) -> bool:
+    """Whether NetCDF has it as a number: whole ones have 64 bits."""
+    return isinstance(value, float) or (isinstance(value, int) and -(2**63) <= value < 2**63)

@@ -13,7 +13,7 @@ from fluorspar.scene.settings_text import size_of
 from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.scene.viewpoint import Viewpoint
 
-__all__ = ["KINDS", "OPTIONS", "Value", "check_key", "ids_of", "read_value"]
+__all__ = ["KINDS", "OPTIONS", "Value", "as_text", "check_key", "ids_of", "read_value"]
 
 Value: TypeAlias = str | int | float | bool
 
@@ -59,17 +59,17 @@ def check_key(key: str, where: str) -> None:
     >>> check_key("concentration.left-wall", "row 1")
     """
     kind, dot, name = key.partition(".")
-    if (kind in KINDS and name) or (kind in OPTIONS and not dot):
+    if (kind in KINDS and name and _is_kept(name)) or (kind in OPTIONS and not dot):
         return
     with_id = [f"{kind}.ID" for kind in KINDS]
     close = did_you_mean(kind if dot else key, [*OPTIONS, *(KINDS if dot else with_id)])
-    if kind in KINDS:
+    if kind in KINDS and not name:
         close = f"say of what: {kind}.ID"
     elif dot and kind.removesuffix("s") in KINDS:
         close = f"did you mean {kind.removesuffix('s')}.{name}?"
     raise OptionError(
         message(
-            f"there is no option '{key}'", where=where, expected=", ".join([*OPTIONS, *with_id]), fix=close
+            f"there is no option {key!r}", where=where, expected=", ".join([*OPTIONS, *with_id]), fix=close
         )
     )
 
@@ -86,11 +86,32 @@ def ids_of(settings: Mapping[str, Value], kind: str) -> dict[str, Value]:
     return {key.removeprefix(start): value for key, value in settings.items() if key.startswith(start)}
 
 
-def _text(given: object) -> str:
+def as_text(given: object) -> str:
+    """Read a text, or a path as text.
+
+    Raises
+    ------
+    TypeError
+        If it is something else or empty.
+    ValueError
+        If no file and no index can hold it: with a NUL, or half a surrogate pair.
+
+    Examples
+    --------
+    >>> as_text(" D65 ")
+    'D65'
+    """
     given = os.fspath(given) if isinstance(given, os.PathLike) else given
     if not isinstance(given, str) or not given.strip():
         raise TypeError
+    if not _is_kept(given):
+        raise ValueError("no file and no index can hold such a text")
     return given.strip()
+
+
+def _is_kept(text: str) -> bool:
+    """Whether the name of a file, and the index, can hold a text."""
+    return "\0" not in text and text == text.encode(errors="replace").decode()
 
 
 def _whole(given: object) -> int:
@@ -114,29 +135,29 @@ def _yes(given: object) -> bool:
 
 
 def _scalar(given: object) -> Value:
-    return given if isinstance(given, bool | int | float) else _text(given)
+    return given if isinstance(given, bool | int | float) else as_text(given)
 
 
 def _size(given: object) -> str:
     if isinstance(given, list | tuple):
         width, height = map(_whole, given)
         return f"{width}x{height}"
-    size_of(_text(given), "")
-    return _text(given)
+    size_of(as_text(given), "")
+    return as_text(given)
 
 
 def _camera(given: object) -> str:
-    return str(Viewpoint.of(_text(given)))
+    return str(Viewpoint.of(as_text(given)))
 
 
-_TEXT, _WHOLE, _YES = ("a text", _text), ("a whole number", _whole), ("true or false", _yes)
+_TEXT, _WHOLE, _YES = ("a text", as_text), ("a whole number", _whole), ("true or false", _yes)
 
 _READERS: Mapping[str, tuple[str, Callable[[object], Value]]] = {
-    "scene": ("the name of a built-in scene, or a scene file (.xml)", _text),
+    "scene": ("the name of a built-in scene, or a scene file (.xml)", as_text),
     "size": ('"WIDTHxHEIGHT" or [WIDTH, HEIGHT] in pixels, such as "512x512"', _size),
     "spp": _WHOLE,
     "seed": _WHOLE,
-    "wavelengths": ('"START:STOP:STEP" in nm', _text),
+    "wavelengths": ('"START:STOP:STEP" in nm', as_text),
     "excitation": _TEXT,
     "stokes": _TEXT,
     "method": _TEXT,
@@ -149,12 +170,12 @@ _READERS: Mapping[str, tuple[str, Callable[[object], Value]]] = {
     "until": _TEXT,
     "max_time": ("a time, such as 90s", _scalar),
     "variant": _TEXT,
-    "library": ("a folder", _text),
+    "library": ("a folder", as_text),
     "same_luminance": _YES,
     "denoise": _YES,
     "D": ("a number or a text", _scalar),
     "light": ("a name, a file, a factor, or NAMExFACTOR", _scalar),
-    "material": ("a name, a file, or a mixture X:0.3,Y:0.7", _text),
+    "material": ("a name, a file, or a mixture X:0.3,Y:0.7", as_text),
     "concentration": ("a number", _number),
 }
 

@@ -12,7 +12,7 @@ from typing import Any
 from fluorspar.errors import OptionError, message
 from fluorspar.image.formats.registry import SUFFIXES_WRITTEN
 from fluorspar.scene.suggestion import did_you_mean
-from fluorspar.studies.keys import Value
+from fluorspar.studies.keys import Value, as_text
 
 __all__ = ["name_outputs"]
 
@@ -21,7 +21,7 @@ _FILE = re.compile(r"\.(xml|csv|txt|spd|bfc|obj|ply|stl|gltf|glb)$", re.IGNORECA
 
 
 def name_outputs(
-    rows: Sequence[Mapping[str, Value]], patterns: Sequence[str | Sequence[str]], folder: Path, study: str
+    rows: Sequence[Mapping[str, Value]], patterns: Sequence[Any], folder: Path, study: str
 ) -> list[tuple[Path, ...]]:
     """Name the files of all rows.
 
@@ -29,7 +29,7 @@ def name_outputs(
     ----------
     rows : sequence of mapping
         The settings of each row.
-    patterns : sequence of str or of sequence of str
+    patterns : sequence of str, path or sequence of these
         One or several of each row, as of `str.format`. The fields are the keys of the rows (`{light.lamp}`), or only
         their kind where a row has one of it (`{light}`); `{number}`, that of the row; and `{study}`. Of files, their
         names without folder and suffix.
@@ -40,7 +40,7 @@ def name_outputs(
     Raises
     ------
     OptionError
-        If a pattern has other fields, or two rows have the same name.
+        If what is given is no pattern or has other fields, or two rows have the same name.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def name_outputs(
     found = [
         tuple(
             Path(os.path.normpath(folder / _filled(pattern, row, f"{number:0{digits}}", study)))
-            for pattern in ([of_row] if isinstance(of_row, str) else of_row)
+            for pattern in _patterns(of_row, number)
         )
         for number, (row, of_row) in enumerate(zip(rows, patterns, strict=True), start=1)
     ]
@@ -60,8 +60,20 @@ def name_outputs(
     return found
 
 
+def _patterns(given: Any, number: int) -> list[str]:
+    several = given if isinstance(given, list | tuple) and given else [given]
+    try:
+        return [as_text(each) for each in several]
+    except (TypeError, ValueError) as err:
+        expected = "a pattern of file names, such as '{number}.nc', or a list of some"
+        where = f"output, row {number}"
+        raise OptionError(
+            message("the output is not readable", where=where, got=repr(given), expected=expected)
+        ) from err
+
+
 def _filled(pattern: str, row: Mapping[str, Value], number: str, study: str) -> str:
-    if os.path.splitext(str(pattern))[1].lower() not in SUFFIXES_WRITTEN:
+    if os.path.splitext(pattern)[1].lower() not in SUFFIXES_WRITTEN:
         fault, expected = "this kind of file cannot be written", ", ".join(SUFFIXES_WRITTEN)
         raise OptionError(message(fault, where="output", got=pattern, expected=expected))
     fields: dict[str, Any] = {
@@ -73,8 +85,8 @@ def _filled(pattern: str, row: Mapping[str, Value], number: str, study: str) -> 
             fields.setdefault(kind, fields[key])
     fields |= {"number": _Number(number), "study": study}
     try:
-        return _Fields().vformat(pattern, (), fields)
-    except (KeyError, ValueError, IndexError) as err:
+        return as_text(_Fields().vformat(pattern, (), fields))
+    except (KeyError, ValueError, IndexError, OverflowError) as err:
         name = str(err.args[0]) if isinstance(err, KeyError) else ""
         raise OptionError(
             message(

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import warnings
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from fluorspar.errors import ImageError, OptionError, message
+from fluorspar.errors import FluorsparWarning, ImageError, OptionError, message
 from fluorspar.extras import check_extra
 from fluorspar.studies.index import DIM
 
@@ -14,6 +16,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["open_study"]
+
+# By which xarray opens files, and how.
+_ENGINES: dict[str, tuple[str, dict[str, Any]]] = {
+    ".nc": ("h5netcdf", {}),
+    ".zarr": ("zarr", {"consolidated": False}),
+}
 
 
 def open_study(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -29,16 +37,21 @@ def open_study(path: str | os.PathLike[str]) -> xr.Dataset:
     Dataset
         `radiance(render, component, y, x, wavelength)` and `standard_error(render, y, x, wavelength)`, as Dask arrays:
         nothing is read before it is needed. Along `render` lie all settings of the rows, such as `light.lamp` and
-        `concentration.wall`, and `output`, the file. Close it when done.
+        `concentration.wall`, and `output`, the file: the first of a row that is NetCDF or Zarr. Close it when done.
 
     Raises
     ------
     ImageError
-        If there is no index, or no image in NetCDF is done.
+        If there is no index, or no image in NetCDF or Zarr is done.
     OptionError
         If the images differ in size or wavelengths.
     FluorsparError
-        If Dask is not installed.
+        If Dask or zarr is not installed.
+
+    Warns
+    -----
+    FluorsparWarning
+        Of rows that are done but have no such image, which are left out.
 
     Examples
     --------
@@ -68,26 +81,50 @@ def open_study(path: str | os.PathLike[str]) -> xr.Dataset:
     index = xr.load_dataset(file, engine="h5netcdf")
     index = index.isel({DIM: index["status"].values == "done"})
     names = [name for name in index if str(name).partition("_")[0] == "output"]
-    name = next(
-        (name for name in names if all(str(f).lower().endswith(".nc") for f in index[name].values)), None
-    )
-    if name is None or not index.sizes[DIM]:
-        raise ImageError(message("no image of the study is done, or none is NetCDF", where=file))
-    try:
-        images = xr.open_mfdataset(
-            [file.parent / each for each in index[name].values],
-            engine="h5netcdf",
-            combine="nested",
-            concat_dim=DIM,
-            data_vars="all",
-            coords="minimal",
-            compat="override",
-            join="exact",
-            combine_attrs="drop_conflicts",
+    found: dict[int, str] = {}
+    for place in range(index.sizes[DIM]):
+        outputs = [str(index[name].values[place]) for name in names]
+        for output in outputs:
+            if Path(output).suffix.lower() in _ENGINES and (file.parent / output).exists():
+                found.setdefault(place, output)
+    if not found:
+        fault = (
+            "no image of the study is in NetCDF or Zarr"
+            if index.sizes[DIM]
+            else "no image of the study is done"
         )
-    except ValueError as err:
-        fix = "open those of one size and grid: select rows of the index, and give their files to xarray.open_mfdataset"
-        raise OptionError(
-            message("the images of the study differ in size or wavelengths", where=file, got=err, fix=fix)
-        ) from err
-    return images.assign_coords({**index.coords, "output": (DIM, index[name].values)})
+        raise ImageError(message(fault, where=file))
+    if left := [str(number) for place, number in enumerate(index[DIM].values) if place not in found]:
+        text = f"left out, because no NetCDF or Zarr image of theirs is there: rows {', '.join(left)} of the study"
+        warnings.warn(text, FluorsparWarning, stacklevel=2)
+    index = index.isel({DIM: list(found)})
+    with ExitStack() as opened:
+        images = [opened.enter_context(_opened(file.parent / output)) for output in found.values()]
+        try:
+            joined = xr.concat(
+                images,
+                DIM,
+                data_vars="all",
+                coords="minimal",
+                compat="override",
+                join="exact",
+                combine_attrs="drop_conflicts",
+            )
+        except ValueError as err:
+            fix = (
+                "open those of one size and grid: select rows of the index, and give their files to "
+                "xarray.open_mfdataset"
+            )
+            raise OptionError(
+                message("the images of the study differ in size or wavelengths", where=file, got=err, fix=fix)
+            ) from err
+        joined = joined.assign_coords({**index.coords, "output": (DIM, list(found.values()))})
+        joined.set_close(opened.pop_all().close)
+    return joined
+
+
+def _opened(file: Path) -> xr.Dataset:
+    import xarray as xr
+
+    engine, options = _ENGINES[file.suffix.lower()]
+    return xr.open_dataset(file, engine=engine, chunks={}, **options)

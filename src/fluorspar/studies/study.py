@@ -66,12 +66,17 @@ class Study:
     ----------
     rows : tuple of Row
         All renders, no two with the same output.
-    index : Path or None
-        Name of the index without suffix; a study without a file has none.
+    file : Path or None
+        It was read from.
     """
 
     rows: tuple[Row, ...]
-    index: Path | None = None
+    file: Path | None = None
+
+    @property
+    def index(self) -> Path | None:
+        """Name of the index without suffix; a study without a file has none."""
+        return None if self.file is None else self.file.with_name(f"{self.file.stem}-index")
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -105,22 +110,25 @@ def read_study(
     [(1, '1.nc'), (2, '2.nc')]
     """
     if isinstance(source, Mapping):
-        where, folder, name = "the study", Path.cwd(), "render"
+        where, file, folder, name = "the study", None, Path.cwd(), "render"
         tables: Mapping[str, Any] = source
     else:
-        path = Path(os.path.abspath(source))
-        where, folder, name = str(source), path.parent, path.stem
-        tables = _tables_of(path)
+        file = Path(os.path.abspath(source))
+        where, folder, name = str(source), file.parent, file.stem
+        tables = _tables_of(file)
     _check_tables(tables, where)
     settings, names = zip(*_combined(tables, where), strict=True)
-    shared = output or tables.get("output") or f"{name}-{{number}}.nc"
-    patterns = [own if own and not output else shared for own in names]
+    default = f"{name}-{{number}}.nc"
+    patterns = [
+        next(given for given in (output, own, tables.get("output"), default) if given is not None)
+        for own in names
+    ]
     outputs = name_outputs(settings, patterns, folder, name)
     rows = [
         Row(number, given, files, folder)
         for number, (given, files) in enumerate(zip(settings, outputs, strict=True), start=1)
     ]
-    return Study(tuple(rows), None if isinstance(source, Mapping) else folder / f"{name}-index")
+    return Study(tuple(rows), file)
 
 
 def _tables_of(path: Path) -> Mapping[str, Any]:
@@ -142,7 +150,7 @@ def _tables_of(path: Path) -> Mapping[str, Any]:
 def _check_tables(tables: Mapping[str, Any], where: str) -> None:
     for name, given in tables.items():
         if name not in _TABLES:
-            fix = did_you_mean(name, _TABLES) or "options that all rows share belong below [render]"
+            fix = did_you_mean(str(name), _TABLES) or "options that all rows share belong below [render]"
             expected = ", ".join(_TABLES)
             raise OptionError(message(f"a study has no '{name}'", where=where, expected=expected, fix=fix))
         if name in ("render", "product") and not isinstance(given, Mapping):
@@ -184,7 +192,7 @@ def _settings(given: Mapping[str, Any], where: str) -> dict[str, Value]:
 def _flat(given: Mapping[str, Any], *, axes: bool = False) -> dict[str, Any]:
     """Write tables of ids (`light.lamp = "A"`) as keys with a dot."""
     flat: dict[str, Any] = {}
-    for key, value in given.items():
+    for key, value in ((str(key), value) for key, value in given.items()):
         is_range = axes and isinstance(value, Mapping) and value.keys() == _RANGE
         if key.rstrip("s") in KINDS and isinstance(value, Mapping) and not is_range:
             flat |= {f"{key}.{name}": each for name, each in value.items()}
