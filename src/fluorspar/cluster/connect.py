@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from fluorspar.cluster.late_signals import late_signals
 from fluorspar.errors import ClusterError, OptionError, message
 from fluorspar.extras import check_extra
 from fluorspar.files.temporary import temporary_folder
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, LocalCluster
 
 __all__ = ["check_connection", "connected", "connection", "dashboard_of"]
+
+_LOG = logging.getLogger(__name__)
 
 _LOOPBACK = "127.0.0.1"
 # Dask looks at each of its processes 50 to 100 times a second. Where processors are shared by client, scheduler and
@@ -25,6 +29,11 @@ _SELDOM = {
     "distributed.worker.profile.enabled": False,
     "distributed.worker.memory.monitor-interval": "1s",
 }
+# Of a worker here that is killed Dask would wait 30 s for an answer; and give it up where it takes more than 15 s to
+# start again, as on a busy machine.
+_KILLED = {"distributed.comm.timeouts.connect": "10s", "distributed.deploy.lost-worker-timeout": "1 hour"}
+_REPLACED = 1.0  # seconds after which workers here are looked for that have ended while they started again
+_SILENT = 2.0  # seconds after which it is said what is waited for
 
 
 @contextmanager
@@ -54,8 +63,8 @@ def connected(
     FluorsparError
         If Dask is not installed.
     ClusterError
-        If the scheduler does not answer; or if certificates are needed, and Dask's configuration names none, or none
-        that can be read.
+        If the scheduler does not answer, or the workers do not start; or if certificates are needed, and Dask's
+        configuration names none, or none that can be read.
 
     Examples
     --------
@@ -75,28 +84,22 @@ def connected(
         raise OptionError(message("the number of workers is out of range", got=workers, expected="1 or more"))
     check_extra("cluster")
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
     # Dask logs each lost connection with a traceback; what matters of that is in our errors.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     _check_certificates(scheduler)
     with ExitStack() as stack:
         if workers is not None:
-            stack.enter_context(dask.config.set(_SELDOM))
-            cluster = stack.enter_context(
-                LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=threads or 1,
-                    processes=True,
-                    host=_LOOPBACK,
-                    dashboard_address=f"{_LOOPBACK}:0",
-                    local_directory=str(temporary_folder()),
-                    preload="fluorspar.cluster.unstoppable",
-                    silence_logs=logging.CRITICAL,
-                )
-            )
-            yield stack.enter_context(Client(cluster, direct_to_workers=True))
+            stack.enter_context(dask.config.set(_SELDOM | _KILLED))
+            with late_signals():
+                cluster = stack.enter_context(_start(workers, threads or 1))
+                client = stack.enter_context(Client(cluster, direct_to_workers=True))
+            yield client
             return
+        waiting = threading.Timer(_SILENT, _LOG.warning, ("connecting to %s", scheduler))
+        waiting.daemon = True
+        waiting.start()
         try:
             client = stack.enter_context(Client(scheduler))
         except (OSError, ValueError, TypeError, RuntimeError) as err:
@@ -108,7 +111,68 @@ def connected(
                     expected="an address such as tcp://HOST:8786 where 'dask scheduler' runs, tls:// if encrypted",
                 )
             ) from err
+        finally:
+            waiting.cancel()
         yield client
+
+
+def _start(workers: int, threads: int) -> LocalCluster:
+    """Start workers here, of which those that are killed start again.
+
+    Raises
+    ------
+    ClusterError
+        If one ends while it starts, again and again.
+    """
+    from distributed import LocalCluster
+
+    for is_last in (False, False, True):
+        try:
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=threads,
+                processes=True,
+                host=_LOOPBACK,
+                dashboard_address=f"{_LOOPBACK}:0",
+                local_directory=str(temporary_folder()),
+                silence_logs=logging.CRITICAL,
+            )
+            break
+        except (OSError, RuntimeError, TimeoutError) as err:
+            if is_last:
+                raise ClusterError(
+                    message(
+                        "the workers do not start",
+                        where=f"--workers {workers}",
+                        got=str(_first_cause(err)).partition("\n")[0],
+                        fix="fewer workers, or see what ends processes here, as a limit of memory does",
+                    )
+                ) from err
+    _replace_lost(cluster)
+    return cluster
+
+
+def _first_cause(err: BaseException) -> BaseException:
+    while err.__cause__ is not None:
+        err = err.__cause__
+    return err
+
+
+def _replace_lost(cluster: LocalCluster) -> None:
+    """Have workers replaced that are killed while they start again, on which Dask gives up."""
+    from tornado.ioloop import PeriodicCallback
+
+    async def replace() -> None:
+        for name, watcher in list(cluster.workers.items()):
+            if watcher.status.name in ("closed", "failed"):
+                del cluster.workers[name]
+        if cluster.worker_spec.keys() - cluster.workers.keys():
+            with suppress(Exception):  # next time
+                await cluster
+
+    callback: Any = PeriodicCallback(replace, 1000 * _REPLACED)
+    cluster.periodic_callbacks["replace-lost"] = callback  # which ends it with the cluster
+    cluster.loop.add_callback(callback.start)
 
 
 def _check_certificates(scheduler: str | None) -> None:
