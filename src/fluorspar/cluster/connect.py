@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import threading
 from collections.abc import Iterator
@@ -101,19 +102,38 @@ def connected(
         waiting.daemon = True
         waiting.start()
         try:
+            asyncio.run(_answer(scheduler))
             client = stack.enter_context(Client(scheduler))
         except (OSError, ValueError, TypeError, RuntimeError) as err:
             raise ClusterError(
                 message(
                     "the scheduler does not answer",
                     where=scheduler,
-                    got=str(err).partition("\n")[0],
+                    got=str(err).partition("\n")[0] or "it accepts a connection, and says nothing",
                     expected="an address such as tcp://HOST:8786 where 'dask scheduler' runs, tls:// if encrypted",
                 )
             ) from err
         finally:
             waiting.cancel()
         yield client
+
+
+async def _answer(scheduler: str | None) -> None:
+    """Wait until a scheduler answers, for as long as Dask's configuration says: `Client` waits for ever for an answer.
+
+    Raises
+    ------
+    OSError, ValueError, TypeError, RuntimeError
+        If it does not.
+    """
+    import dask
+    from dask.utils import parse_timedelta
+    from distributed import Security
+    from distributed.comm import connect
+
+    patience = parse_timedelta(dask.config.get("distributed.comm.timeouts.connect"))
+    opening = connect(scheduler, **Security().get_connection_args("client"))
+    (await asyncio.wait_for(opening, patience + 1)).abort()  # it says more itself, if it gives up
 
 
 def _start(workers: int, threads: int) -> LocalCluster:
