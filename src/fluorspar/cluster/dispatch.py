@@ -292,7 +292,7 @@ class _Work:
         return task.only is not None and not self._workers.fit.intersection(task.only)
 
     def _bring_job(self, workers: frozenset[str]) -> None:
-        """Let workers have the job beforehand: Dask prefers those that do. One that is lost or busy is not waited for."""
+        """Let workers have the job beforehand: Dask prefers those that do. One that is lost is not waited for."""
         from distributed import wait
 
         self._looked = time.monotonic()

@@ -35,7 +35,7 @@ def late_signals() -> Iterator[None]:
     def note(number: int, frame: FrameType | None) -> None:
         came.append(number)
 
-    resource_tracker.ensure_running()  # which lets Ctrl-C through again in the thread that starts the first process
+    resource_tracker.ensure_running()  # which would unblock Ctrl-C in the thread of the first process
     handlers = {}
     if threading.current_thread() is threading.main_thread():
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -48,5 +48,5 @@ def late_signals() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         for number, handler in handlers.items():
             signal.signal(number, handler)
-        for number in came:
-            signal.raise_signal(number)
+        for late in came:
+            signal.raise_signal(late)

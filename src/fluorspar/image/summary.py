@@ -116,7 +116,9 @@ def summarise(dataset: xr.Dataset) -> Summary:
                     f"{100 * error / lit:.2g} % of the {quantity_of(attrs)} without lamps, per pixel and band"
                 )
     if attrs.get("partial"):
-        stopped = "timings" in attrs  # what a store does not say that is being written, or whose writer was killed
+        stopped = (
+            "timings" in attrs
+        )  # what a store does not say that is being written, or whose writer was killed
         facts["partial"] = (
             "the render was stopped before its end" if stopped else "not finished, being written or stopped"
         ) + (
