@@ -193,3 +193,20 @@ def test_a_scheduler_that_is_silent_is_named(
         ):
             pass
     assert f"connecting to {address}" in caplog.messages
+
+
+def test_something_else_than_a_scheduler() -> None:
+    def answer() -> None:
+        with server.accept()[0] as caller:
+            caller.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
+            caller.recv(1 << 16)
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=answer)
+        thread.start()
+        with (
+            pytest.raises(ClusterError, match=r"(?s)does not answer.*none of a scheduler of Dask"),
+            connected(f"tcp://127.0.0.1:{server.getsockname()[1]}"),
+        ):
+            pass
+        thread.join()

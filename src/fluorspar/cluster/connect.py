@@ -104,12 +104,15 @@ def connected(
         try:
             asyncio.run(_answer(scheduler))
             client = stack.enter_context(Client(scheduler))
-        except (OSError, ValueError, TypeError, RuntimeError) as err:
+        except (OSError, ValueError, TypeError, RuntimeError, MemoryError) as err:
+            foreign = isinstance(err, MemoryError)  # "HTTP/1.1" read as a length
             raise ClusterError(
                 message(
                     "the scheduler does not answer",
                     where=scheduler,
-                    got=str(err).partition("\n")[0] or "it accepts a connection, and says nothing",
+                    got="an answer that is none of a scheduler of Dask"
+                    if foreign
+                    else str(err).partition("\n")[0] or "it accepts a connection, and says nothing",
                     expected="an address such as tcp://HOST:8786 where 'dask scheduler' runs, tls:// if encrypted",
                 )
             ) from err
@@ -123,8 +126,8 @@ async def _answer(scheduler: str | None) -> None:
 
     Raises
     ------
-    OSError, ValueError, TypeError, RuntimeError
-        If it does not.
+    OSError, ValueError, TypeError, RuntimeError, MemoryError
+        If it does not, or something else does.
     """
     import dask
     from dask.utils import parse_timedelta
