@@ -161,6 +161,29 @@ def test_a_worker_of_another_version_that_joins_late_gets_no_work(
 
 
 @pytest.mark.usefixtures("small_runs")
+def test_the_only_worker_that_fits_may_be_killed(
+    expected: fluorspar.SpectralImage, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Expected: what no other one could do is done by the one that comes in its stead."""
+    monkeypatch.setattr(dispatch, "_LOOK", 0.5)
+    (tmp_path / "older.py").write_text(OLDER)
+    with (
+        workers(1, tmp_path) as client,
+        another_worker(client, tmp_path, "--preload", str(tmp_path / "older.py")),
+    ):
+        victims = [each.pid for each in client.cluster.workers.values()]
+
+        def kill(done: int, whole: int) -> None:
+            if victims:
+                os.kill(victims.pop(), signal.SIGKILL)
+
+        with pytest.warns(FluorsparWarning, match=r"(?s)gets no work.*fluorspar 0\.0\.9"):
+            image = fluorspar.render("cornell-box", **OPTIONS, client=client, progress=kill)
+    assert not victims
+    assert assert_same_where_finished(image, expected) == 1
+
+
+@pytest.mark.usefixtures("small_runs")
 def test_a_worker_without_llvm_among_others_gets_no_work(
     expected: fluorspar.SpectralImage, tmp_path: Path
 ) -> None:

@@ -209,6 +209,18 @@ class TestRepr:
         assert "partial" in repr(image)
         assert " nan" not in repr(image).split()
 
+    @pytest.mark.parametrize(
+        ("attrs", "text"),
+        [
+            ({"timings": '{"render": 1.5}'}, "the render was stopped before its end"),
+            ({}, "not finished, being written or stopped"),  # a store that is not closed
+        ],
+    )
+    def test_it_is_stopped_only_if_its_writer_says_so(self, image, attrs, text):
+        image.dataset.attrs.pop("timings", None)
+        image.dataset.attrs |= {"partial": 1, **attrs}
+        assert f"{text}: 100 % of the pixels" in repr(image)
+
     def test_a_bare_image_has_one_too(self):
         assert "0 cd/m2" in repr(SpectralImage.from_arrays(np.zeros((7, 2, 2, 69)), Wavelengths()))
 

@@ -468,6 +468,19 @@ class TestMoreSamples:
         with pytest.raises(ImageError, match="does not exist"):
             render(tmp_path / "b.nc", spp=None, more_samples=4)
 
+    def test_of_an_image_that_a_killed_run_has_left_are_refused(self, tmp_path):
+        """Expected: how to finish it is said, and it can be; while it is still being written, that."""
+        path = tmp_path / "a.nc"
+        living = Temporary(path)
+        with pytest.raises(ImageError, match=r"another process is writing"):
+            render(path, spp=None, more_samples=4)
+        living.drop()
+        leave_unfinished(path)
+        with pytest.raises(OptionError, match=r"(?s)an unfinished image.*\.a\.nc\..*\.tmp, left.*--resume"):
+            render(path, spp=None, more_samples=4)
+        render(path, resume=True)
+        assert render(path, spp=None, more_samples=4).attrs["spp"] == SPP + 4
+
     @pytest.mark.filterwarnings("ignore:interrupted")
     def test_of_a_partial_image_are_refused(self, tmp_path):
         path = tmp_path / "a.nc"

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from fluorspar.cluster.late_signals import late_signals
 from fluorspar.errors import ClusterError, OptionError, message
 from fluorspar.extras import check_extra
 from fluorspar.files.temporary import temporary_folder
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, LocalCluster
 
 __all__ = ["check_connection", "connected", "connection", "dashboard_of"]
+
+_LOG = logging.getLogger(__name__)
 
 _LOOPBACK = "127.0.0.1"
 # Dask looks at each of its processes 50 to 100 times a second. Where processors are shared by client, scheduler and
@@ -25,6 +30,11 @@ _SELDOM = {
     "distributed.worker.profile.enabled": False,
     "distributed.worker.memory.monitor-interval": "1s",
 }
+# Of a worker here that is killed Dask would wait 30 s for an answer; and give it up where it takes more than 15 s to
+# start again, as on a busy machine.
+_KILLED = {"distributed.comm.timeouts.connect": "10s", "distributed.deploy.lost-worker-timeout": "1 hour"}
+_REPLACED = 1.0  # seconds after which workers here are looked for that have ended while they started again
+_SILENT = 2.0  # seconds after which it is said what is waited for
 
 
 @contextmanager
@@ -54,8 +64,8 @@ def connected(
     FluorsparError
         If Dask is not installed.
     ClusterError
-        If the scheduler does not answer; or if certificates are needed, and Dask's configuration names none, or none
-        that can be read.
+        If the scheduler does not answer, or the workers do not start; or if certificates are needed, and Dask's
+        configuration names none, or none that can be read.
 
     Examples
     --------
@@ -75,40 +85,117 @@ def connected(
         raise OptionError(message("the number of workers is out of range", got=workers, expected="1 or more"))
     check_extra("cluster")
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
     # Dask logs each lost connection with a traceback; what matters of that is in our errors.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     _check_certificates(scheduler)
     with ExitStack() as stack:
         if workers is not None:
-            stack.enter_context(dask.config.set(_SELDOM))
-            cluster = stack.enter_context(
-                LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=threads or 1,
-                    processes=True,
-                    host=_LOOPBACK,
-                    dashboard_address=f"{_LOOPBACK}:0",
-                    local_directory=str(temporary_folder()),
-                    preload="fluorspar.cluster.unstoppable",
-                    silence_logs=logging.CRITICAL,
-                )
-            )
-            yield stack.enter_context(Client(cluster, direct_to_workers=True))
+            stack.enter_context(dask.config.set(_SELDOM | _KILLED))
+            with late_signals():
+                cluster = stack.enter_context(_start(workers, threads or 1))
+                client = stack.enter_context(Client(cluster, direct_to_workers=True))
+            yield client
             return
+        waiting = threading.Timer(_SILENT, _LOG.warning, ("connecting to %s", scheduler))
+        waiting.daemon = True
+        waiting.start()
         try:
+            asyncio.run(_answer(scheduler))
             client = stack.enter_context(Client(scheduler))
-        except (OSError, ValueError, TypeError, RuntimeError) as err:
+        except (OSError, ValueError, TypeError, RuntimeError, MemoryError) as err:
+            foreign = isinstance(err, MemoryError)  # "HTTP/1.1" read as a length
             raise ClusterError(
                 message(
                     "the scheduler does not answer",
                     where=scheduler,
-                    got=str(err).partition("\n")[0],
+                    got="an answer that is none of a scheduler of Dask"
+                    if foreign
+                    else str(err).partition("\n")[0] or "it accepts a connection, and says nothing",
                     expected="an address such as tcp://HOST:8786 where 'dask scheduler' runs, tls:// if encrypted",
                 )
             ) from err
+        finally:
+            waiting.cancel()
         yield client
+
+
+async def _answer(scheduler: str | None) -> None:
+    """Wait until a scheduler answers, for as long as Dask's configuration says: `Client` waits for ever for an answer.
+
+    Raises
+    ------
+    OSError, ValueError, TypeError, RuntimeError, MemoryError
+        If it does not, or something else does.
+    """
+    import dask
+    from dask.utils import parse_timedelta
+    from distributed import Security
+    from distributed.comm import connect
+
+    patience = parse_timedelta(dask.config.get("distributed.comm.timeouts.connect"))
+    opening = connect(scheduler, **Security().get_connection_args("client"))
+    (await asyncio.wait_for(opening, patience + 1)).abort()  # it says more itself, if it gives up
+
+
+def _start(workers: int, threads: int) -> LocalCluster:
+    """Start workers here, of which those that are killed start again.
+
+    Raises
+    ------
+    ClusterError
+        If one ends while it starts, again and again.
+    """
+    from distributed import LocalCluster
+
+    for is_last in (False, False, True):
+        try:
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=threads,
+                processes=True,
+                host=_LOOPBACK,
+                dashboard_address=f"{_LOOPBACK}:0",
+                local_directory=str(temporary_folder()),
+                silence_logs=logging.CRITICAL,
+            )
+            break
+        except (OSError, RuntimeError, TimeoutError) as err:
+            if is_last:
+                raise ClusterError(
+                    message(
+                        "the workers do not start",
+                        where=f"--workers {workers}",
+                        got=str(_first_cause(err)).partition("\n")[0],
+                        fix="fewer workers, or see what ends processes here, as a limit of memory does",
+                    )
+                ) from err
+    _replace_lost(cluster)
+    return cluster
+
+
+def _first_cause(err: BaseException) -> BaseException:
+    while err.__cause__ is not None:
+        err = err.__cause__
+    return err
+
+
+def _replace_lost(cluster: LocalCluster) -> None:
+    """Have workers replaced that are killed while they start again, on which Dask gives up."""
+    from tornado.ioloop import PeriodicCallback
+
+    async def replace() -> None:
+        for name, watcher in list(cluster.workers.items()):
+            if watcher.status.name in ("closed", "failed"):
+                del cluster.workers[name]
+        if cluster.worker_spec.keys() - cluster.workers.keys():
+            with suppress(Exception):  # next time
+                await cluster
+
+    callback: Any = PeriodicCallback(replace, 1000 * _REPLACED)
+    cluster.periodic_callbacks["replace-lost"] = callback  # which ends it with the cluster
+    cluster.loop.add_callback(callback.start)
 
 
 def _check_certificates(scheduler: str | None) -> None:

@@ -7,13 +7,16 @@ import uuid
 import warnings
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from fluorspar.cluster.connect import check_connection, connection
 from fluorspar.cluster.fit_workers import FitWorkers, Unfit
-from fluorspar.cluster.task import Done, SentJob, do_runs, part_of, without_results
+from fluorspar.cluster.task import Done, do_runs, pack, part_of, without_results
+from fluorspar.cluster.versions import versions_here
 from fluorspar.errors import ClusterError, message
 from fluorspar.image.components import COMPONENTS
 from fluorspar.image.pixels import Pixels
@@ -32,7 +35,8 @@ _TASK = 64 * 2**20  # bytes that come back at once
 _SHARES = 4  # tasks of each worker that what is left is enough for, so that none waits long for the last
 _BEGUN = 3  # tasks of each worker, of which one is being done: the others are there when it is
 _BEGUN_LARGE = 1  # tasks of more than `_TASK`: their results wait in the worker, which is the faster one
-_LOOK = 5.0  # seconds after which new workers are looked for
+_LOOK = 5.0  # seconds after which workers are looked for that are new, or lost
+_LONG = 600.0  # seconds in which a result has come that is there
 _TRIES = 2
 _PATH = 60  # bytes of packed light paths, at the most of what was seen
 
@@ -65,21 +69,21 @@ def rendered_runs(client: Client, job: RenderJob, runs: Sequence[Run]) -> Genera
     """
     per_pixel = _bytes_of_pixel(job)
     with closing(_Work(client, job, runs, per_pixel, kept=False)) as work:
-        for future, tried in work.finished():
-            with work.trying(tried):
-                if len(tried) > 1 or tried[0][1] * per_pixel <= _TASK:
-                    done = work.take(future.result())
-                    for (first, _), pixels in zip(tried, done.results, strict=True):
+        for task in work.finished():
+            with work.trying(task):
+                if len(task.runs) > 1 or task.runs[0][1] * per_pixel <= _TASK:
+                    done = work.take(work.result(task))
+                    for (first, _), pixels in zip(task.runs, done.results, strict=True):
                         yield first, pixels
                         del pixels
                     del done
                 else:
-                    ((first, count),) = tried
-                    work.take(work.ask(without_results, future))
+                    ((first, count),) = task.runs
+                    work.take(work.ask(task, without_results))
                     for start in range(0, count, _TASK // per_pixel):
                         stop = min(start + _TASK // per_pixel, count)
-                        yield first + start, work.ask(part_of, future, start, stop)
-            del future  # the workers forget the result
+                        yield first + start, work.ask(task, part_of, start, stop)
+            del task  # the workers forget the result
 
 
 def traced_runs(client: Client, job: RenderJob, runs: Sequence[Run]) -> Generator[PackedChunk]:
@@ -91,12 +95,12 @@ def traced_runs(client: Client, job: RenderJob, runs: Sequence[Run]) -> Generato
         Of each run, in the order in which they come.
     """
     with closing(_Work(client, job, runs, _PATH * job.scene.settings.spp, kept=True)) as work:
-        for future, tried in work.finished():
-            with work.trying(tried):
-                done = work.take(future.result())
+        for task in work.finished():
+            with work.trying(task):
+                done = work.take(work.result(task))
                 yield from done.results
                 del done
-            del future
+            del task
 
 
 def _bytes_of_pixel(job: RenderJob) -> int:
@@ -104,8 +108,17 @@ def _bytes_of_pixel(job: RenderJob) -> int:
     return 4 * len(job.grid) * spectra
 
 
-class _Refused(Exception):
-    """A worker does not fit."""
+class _Again(Exception):
+    """What was done, or begun, is to be done again: by a worker that fits, or because all that could are lost."""
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Runs of pixels that were given to workers: to some only, if there are others that do not fit."""
+
+    future: Future
+    runs: list[Run]
+    only: list[str] | None
 
 
 class _Work:
@@ -116,18 +129,18 @@ class _Work:
     ) -> None:
         self._client, self._kept = client, kept
         self._name = f"fluorspar-{uuid.uuid4().hex[:8]}"
-        self._begun: dict[str, tuple[Future, list[Run], list[str] | None]] = {}
+        self._begun: dict[str, _Task] = {}
         self._finished: SimpleQueue[Future] = SimpleQueue()
         self._failures: dict[Run, list[Exception]] = {}
         self._told: set[tuple[type[Warning], str]] = set()
         self._number = 0
         self._succeeded = False
-        sent = SentJob.of(job)
+        packed, self._versions = pack(job), versions_here()
         self._workers = FitWorkers(client)
         with connection(client), warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Sending large graph", category=UserWarning)
-            # A task, not data that are scattered: where the workers that hold it are lost, it is done again.
-            self._job = client.submit(_itself, sent, key=f"{self._name}-job", **self._where(wish=True))
+            # A task, not data that are scattered: where the workers that hold it are lost, any other one does it again.
+            self._job = client.submit(bytes, packed, key=f"{self._name}-job")
         self._bring_job(self._workers.fit)
         size = max((count for _, count in runs), default=1) * bytes_of_pixel
         self._most = _BEGUN if size <= _TASK else _BEGUN_LARGE
@@ -135,7 +148,7 @@ class _Work:
         self._fresh = deque(runs)
         self._again: deque[list[Run]] = deque()
 
-    def finished(self) -> Iterator[tuple[Future, list[Run]]]:
+    def finished(self) -> Iterator[_Task]:
         """Go through the tasks that are finished, or have failed, until there is nothing left to do.
 
         Raises
@@ -148,24 +161,23 @@ class _Work:
                 self._look()
             self._begin()
             with suppress(Empty):
-                future = self._finished.get(timeout=1.0)
+                task = self._begun.pop(self._finished.get(timeout=1.0).key, None)
                 check_connection(self._client)
-                _, runs, _ = self._begun.pop(future.key, (None, None, None))
-                if runs is not None:
-                    yield future, runs
-                del future
+                if task is not None:
+                    yield task
+                del task
             check_connection(self._client)
         self._check()
 
     @contextmanager
-    def trying(self, runs: list[Run]) -> Iterator[None]:
+    def trying(self, task: _Task) -> Iterator[None]:
         """Take what has come of some runs; if that fails, have each done once more, by itself."""
         try:
             yield
-        except _Refused:
-            self._again.extend([run] for run in runs)
+        except _Again:
+            self._again.extend([run] for run in task.runs)
         except Exception as err:
-            self._failed(runs, err)
+            self._failed(task.runs, err)
         else:
             self._succeeded = True
 
@@ -173,47 +185,61 @@ class _Work:
         """Take an answer: pass on what the worker warns of, once; give one that does not fit no more work."""
         if isinstance(answer, Unfit):
             self._workers.refuse(answer)
-            raise _Refused
+            raise _Again
         for kind, text in answer.warned:
             if (kind, text) not in self._told:
                 self._told.add((kind, text))
                 warnings.warn(text, kind, stacklevel=6)
         return answer
 
-    def ask(self, function: Any, *given: Any) -> Any:
-        """Call a function on the worker that has a result."""
-        return self._client.submit(function, *given, pure=False, **self._where(wish=True)).result()
+    def result(self, task: _Task) -> Any:
+        """What a task answers."""
+        return self._come(task.future, task)
+
+    def ask(self, task: _Task, function: Any, *given: Any) -> Any:
+        """Call a function on the worker that has the result of a task."""
+        return self._come(
+            self._client.submit(function, task.future, *given, pure=False, workers=task.only), task
+        )
+
+    def _come(self, future: Future, task: _Task) -> Any:
+        """Wait for something, for as long as there are workers that can do it."""
+        from distributed import wait
+
+        while not future.done():
+            with connection(self._client), suppress(TimeoutError):
+                wait([future], timeout=_LOOK)
+            self._look()
+            if self._is_lost(task):
+                raise _Again
+        return future.result(timeout=_LONG)
 
     def close(self) -> None:
         """Let the workers stop after what they are doing."""
-        futures = [*(future for future, *_ in self._begun.values()), self._job]
+        futures = [*(task.future for task in self._begun.values()), self._job]
         self._begun.clear()
         if self._client.status == "running":
             with suppress(Exception):
                 self._client.cancel(futures)
-
-    def _where(self, *, wish: bool) -> dict[str, Any]:
-        """Options of `Client.submit`: the workers that fit, if there are others."""
-        only = self._workers.only
-        return {} if only is None else {"workers": only, "allow_other_workers": wish}
 
     def _begin(self) -> None:
         """Give the workers as much as they should have."""
         fit = self._workers.fit
         with connection(self._client):
             while fit and (self._fresh or self._again) and len(self._begun) < self._most * len(fit):
-                runs = self._next()
+                runs, only = self._next(), self._workers.only
                 self._number += 1
                 future = self._client.submit(
                     do_runs,
                     self._job,
                     runs,
+                    versions=self._versions,
                     kept=self._kept,
                     key=f"{self._name}-{self._number:06d}",
                     pure=False,
-                    **self._where(wish=False),
+                    workers=only,
                 )
-                self._begun[future.key] = future, runs, self._workers.only
+                self._begun[future.key] = _Task(future, runs, only)
                 future.add_done_callback(self._finished.put)
 
     def _next(self) -> list[Run]:
@@ -255,28 +281,44 @@ class _Work:
     def _look(self) -> None:
         """Find out which workers there are; do again what only workers could do that are lost."""
         self._bring_job(self._workers.look(patient=self._succeeded))
-        for key, (future, runs, only) in list(self._begun.items()):
-            if only is not None and not self._workers.fit.intersection(only):
+        for key, task in list(self._begun.items()):
+            if self._is_lost(task):
                 del self._begun[key]
-                self._client.cancel([future])
-                self._again.append(runs)
+                self._client.cancel([task.future])
+                self._again.append(task.runs)
+
+    def _is_lost(self, task: _Task) -> bool:
+        """Whether all workers are gone that could do a task: Dask would wait for them for ever."""
+        return task.only is not None and not self._workers.fit.intersection(task.only)
 
     def _bring_job(self, workers: frozenset[str]) -> None:
-        """Let workers have the job beforehand."""
+        """Let workers have the job beforehand: Dask prefers those that do. One that is lost is not waited for."""
+        from distributed import wait
+
         self._looked = time.monotonic()
         if not workers:
             return
+        others = self._workers.only is None
         with connection(self._client):
-            if err := self._job.exception():  # waits until it has reached a worker
+            brought = [
+                self._client.submit(
+                    _arrived, self._job, pure=False, workers=[worker], allow_other_workers=others
+                )
+                for worker in sorted(workers)
+            ]
+            with suppress(TimeoutError, CancelledError):
+                wait(brought, timeout=_LOOK)
+        for each in brought:
+            if each.status == "error":
+                err = each.exception()
                 raise ClusterError(
                     message(
                         "the job does not reach the workers",
                         got=f"{type(err).__name__}: {err}".partition("\n")[0],
                         fix="install the same version of Fluorspar where the scheduler and the workers run",
                     )
-                ) from err
-            self._client.replicate(self._job, workers=sorted(workers))
+                )
 
 
-def _itself(job: SentJob) -> SentJob:
-    return job
+def _arrived(packed: bytes) -> None:
+    """Called on a worker that has the job."""

@@ -23,7 +23,7 @@ from fluorspar.paths.render import fill, tables_of
 from fluorspar.paths.trace import trace_packed
 from fluorspar.scene.variants import use_variant
 
-__all__ = ["Done", "SentJob", "do_runs", "in_turn", "part_of", "without_results"]
+__all__ = ["Done", "do_runs", "in_turn", "pack", "part_of", "without_results"]
 
 # Dr.Jit and Mitsuba have one state in a process, so all tasks of a worker are done in one thread, one after another.
 _Answer = TypeVar("_Answer")
@@ -35,31 +35,15 @@ def in_turn(do: Callable[..., _Answer], *given: Any) -> _Answer:
     return _THREAD.submit(do, *given).result()
 
 
-@dataclass(frozen=True)
-class SentJob:
-    """A job on its way to workers.
+def pack(job: RenderJob) -> bytes:
+    """Pack a job, with the contents of the scene's files, as plain bytes: any worker can hold it and pass it on.
 
-    Attributes
-    ----------
-    versions : dict of str to str
-        See `versions_here`.
-    pickled : bytes
-        The `RenderJob`, with the contents of the scene's files.
+    Raises
+    ------
+    SceneError
+        If a mesh or picture of the scene has changed, or is gone.
     """
-
-    versions: dict[str, str]
-    pickled: bytes
-
-    @classmethod
-    def of(cls, job: RenderJob) -> SentJob:
-        """Pack a job.
-
-        Raises
-        ------
-        SceneError
-            If a mesh or picture of the scene has changed, or is gone.
-        """
-        return cls(versions_here(), pickle.dumps(replace(job, scene=job.scene.carried())))
+    return pickle.dumps(replace(job, scene=job.scene.carried()))
 
 
 @dataclass(frozen=True)
@@ -81,13 +65,16 @@ def part_of(answer: Done, start: int, stop: int) -> Pixels:
     return pixels[start:stop]
 
 
-def do_runs(job: SentJob, runs: list[Run], *, kept: bool) -> Done | Unfit:
+def do_runs(packed: bytes, runs: list[Run], *, versions: dict[str, str], kept: bool) -> Done | Unfit:
     """Do some of the runs of pixels of a job, with the threads of this worker; a task of Dask.
 
     Parameters
     ----------
-    job : SentJob
+    packed : bytes
+        The job, see `pack`.
     runs : list of (int, int)
+    versions : dict of str to str
+        Of the client, see `versions_here`.
     kept : bool
         Return light paths, to be kept; else they are swept to pixels.
     """
@@ -95,22 +82,22 @@ def do_runs(job: SentJob, runs: list[Run], *, kept: bool) -> Done | Unfit:
 
     worker = get_worker()
     try:
-        return in_turn(_do_runs, job, runs, kept, worker.address, worker.state.nthreads)
+        check_versions(versions, versions_here(), worker.address)
+    except ClusterError as err:
+        return Unfit(worker.address, str(err))
+    try:
+        return in_turn(_do_runs, packed, runs, kept, worker.address, worker.state.nthreads)
     except (
         Exception
     ) as err:  # Dask loses an error whose traceback is very long, and the client would wait for it
         raise err.with_traceback(None) from None
 
 
-def _do_runs(job: SentJob, runs: list[Run], kept: bool, address: str, threads: int) -> Done | Unfit:
-    try:
-        check_versions(job.versions, versions_here(), address)
-    except ClusterError as err:
-        return Unfit(address, str(err))
+def _do_runs(packed: bytes, runs: list[Run], kept: bool, address: str, threads: int) -> Done | Unfit:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FluorsparWarning)
         try:
-            opened = _open(job.pickled, threads, kept)
+            opened = _open(packed, threads, kept)
             results = _traced(opened, runs) if kept else _rendered(opened, runs)
         except RendererError as err:
             return Unfit(address, f"{err}\n  in:       worker {address}")
@@ -141,9 +128,9 @@ class _Opened:
 
 
 @lru_cache(maxsize=2)
-def _open(pickled: bytes, threads: int, kept: bool) -> _Opened:
+def _open(packed: bytes, threads: int, kept: bool) -> _Opened:
     """Unpack a job, once, and build its scene."""
-    job: RenderJob = pickle.loads(pickled)
+    job: RenderJob = pickle.loads(packed)
     job = replace(job, threads=job.threads or threads)
     with use_variant(variant_of(job)):
         return _Opened(job, None if kept else tables_of(job), tracer_of(job, kept))

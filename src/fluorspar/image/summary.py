@@ -116,8 +116,13 @@ def summarise(dataset: xr.Dataset) -> Summary:
                     f"{100 * error / lit:.2g} % of the {quantity_of(attrs)} without lamps, per pixel and band"
                 )
     if attrs.get("partial"):
+        stopped = (
+            "timings" in attrs
+        )  # what a store does not say that is being written, or whose writer was killed
         facts["partial"] = (
-            f"the render was stopped before its end: {100 * finished:.3g} % of the pixels are finished"
+            "the render was stopped before its end" if stopped else "not finished, being written or stopped"
+        ) + (
+            f": {100 * finished:.3g} % of the pixels are finished"
             + (", over which means are taken" if finished else "")
         )
     if looked_at < height:

@@ -14,6 +14,7 @@ from fluorspar.job import RenderJob
 from fluorspar.paths.chunks import runs_of
 from fluorspar.paths.render import Fill, fill_here, new_target
 from fluorspar.paths.resuming import (
+    check_begun,
     check_image,
     check_same,
     label_onto,
@@ -59,11 +60,13 @@ def render_more(
     Raises
     ------
     OptionError
-        If the image is not finished, or of another scene or other options.
+        If the image is not finished, even if only unfinished files beside it are there; or of another scene or other
+        options.
     ImageError
         If there is no image, or it cannot be written.
     """
     began = time.perf_counter()
+    check_begun(output)
     image = SpectralImage.open(output)
     attrs = image.attrs
     wrong = [name for name in ("partial", "denoised") if attrs.get(name)]

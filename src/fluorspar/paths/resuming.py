@@ -24,6 +24,7 @@ from fluorspar.job import RenderJob
 
 __all__ = [
     "Earlier",
+    "check_begun",
     "check_image",
     "check_passes",
     "check_same",
@@ -129,6 +130,31 @@ def earlier_image(
     if not image.attrs.get("partial") and found.left is not None:
         remove_unfinished(found.left)
     return image
+
+
+def check_begun(output: str | os.PathLike[str]) -> None:
+    """Refuse to add to an image of which there is only what its writer has left, who was killed or still writes.
+
+    Raises
+    ------
+    OptionError
+        If it can be gone on with.
+    ImageError
+        If another process is writing it.
+    """
+    target = _target(output)
+    if target.exists():
+        return
+    check_alone(target)
+    if left := unfinished(target):
+        raise OptionError(
+            message(
+                "samples are added to an unfinished image",
+                where=output,
+                got=f"no such file yet, but {left[0][0].name}, left by an interrupted run",
+                fix="finish it first: --resume instead, with the options that it was begun with",
+            )
+        )
 
 
 def check_image(image: SpectralImage, job: RenderJob, output: str | os.PathLike[str]) -> None:

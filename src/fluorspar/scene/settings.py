@@ -13,7 +13,7 @@ __all__ = ["MOST_SAMPLES", "UNLIMITED", "Settings", "whole"]
 
 UNLIMITED = -1
 MOST_SAMPLES = 2**16
-"""Samples per pixel of one render; average renders of several seeds for more."""
+"""Samples per pixel of one render; further passes (`more_samples`) have other random numbers, and so many again."""
 
 
 def whole(name: str, value: object) -> int:

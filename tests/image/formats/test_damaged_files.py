@@ -83,6 +83,21 @@ def test_an_error_that_is_text(tmp_path: Path, image: SpectralImage) -> None:
         SpectralImage.open(tmp_path / "a.nc")
 
 
+def test_a_file_that_is_interrupted_is_closed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Expected: by the one who made it, not by HDF5 when Python has ended."""
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fluorspar.image.formats.netcdf_layout.variable_attrs", interrupted)
+    h5f = h5py.h5f
+    before = h5f.get_obj_count(h5f.OBJ_ALL, h5f.OBJ_FILE)
+    with PatientFile(tmp_path / "a.nc") as stream, pytest.raises(KeyboardInterrupt) as caught:
+        create(stream, Wavelengths(400, 700, 10), COMPONENTS, 4, 4, ["radiance"], {})
+    assert caught.tb is not None  # which holds what is still open
+    assert h5f.get_obj_count(h5f.OBJ_ALL, h5f.OBJ_FILE) == before
+
+
 class TestClaims:
     """Files of a few kilobytes that say they hold 2^20 x 2^20 pixels."""
 

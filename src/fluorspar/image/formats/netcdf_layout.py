@@ -64,10 +64,30 @@ def create(
         To be closed before `stream`.
     """
     import h5netcdf
+
+    file = h5netcdf.File(stream, "w")
+    try:
+        _lay_out(file, wavelengths, components, height, width, variables, attrs, compress, in_place)
+    except BaseException:  # Ctrl-C too: HDF5 would close it when Python has ended, and PatientFile is no more
+        file.close()
+        raise
+    return file
+
+
+def _lay_out(
+    file: Any,
+    wavelengths: Wavelengths,
+    components: Sequence[str],
+    height: int,
+    width: int,
+    variables: Sequence[str],
+    attrs: Mapping[str, Any],
+    compress: bool,
+    in_place: bool,
+) -> None:
     import h5py
 
     options: dict[str, Any]
-    file = h5netcdf.File(stream, "w")
     sizes = dict(zip(DIMS, (len(components), height, width, len(wavelengths)), strict=True))
     file.dimensions = sizes
     names = file.create_variable("component", ("component",), h5py.string_dtype())
@@ -88,7 +108,6 @@ def create(
             options["dcpl"].set_fill_time(h5py.h5d.FILL_TIME_NEVER)
         variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks, **options)
         variable.attrs.update(variable_attrs(name, attrs))
-    return file
 
 
 def places(stream: PatientFile, variables: Sequence[str]) -> tuple[int, dict[str, NDArray[np.int64]]]:
