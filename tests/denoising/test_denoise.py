@@ -248,9 +248,7 @@ def test_bands_of_noise_around_zero_stay_as_they_are() -> None:
     values = np.repeat(1 + 0.2 * rng.standard_normal((1, 40, 40, 1)), 31, axis=3)
     values[..., -6:] = 0.01 * rng.standard_normal((1, 40, 40, 6)) - 0.002
     image = SpectralImage.from_arrays(values, Wavelengths.parse(GRID), components=["total"])
-    with pytest.warns(
-        FluorsparWarning, match="bands hold noise around zero instead of light, between 650 and 700"
-    ):
+    with pytest.warns(FluorsparWarning, match="noise around zero instead of light: 650-700 nm"):
         clean = image.denoised()
     total, error = clean.total().values, clean.dataset["denoised_error"].values
     assert np.isfinite(total).all()
@@ -258,6 +256,46 @@ def test_bands_of_noise_around_zero_stay_as_they_are() -> None:
     assert total[..., :20].std() < 0.25 * values[0, ..., :20].std()
     np.testing.assert_allclose(total[..., -6:].mean(), values[..., -6:].mean(), atol=0.0005)
     assert error[..., -5:].mean() > 0.003  # the noise, which is left: 0.01 in each of 6 bands
+
+
+def test_a_band_that_is_not_known_does_not_matter_to_others() -> None:
+    rng = np.random.default_rng(4)
+    values = np.repeat(1 + 0.2 * rng.standard_normal((1, 40, 40, 1)), 31, axis=3)
+    image = SpectralImage.from_arrays(values, Wavelengths.parse(GRID), components=["total"])
+    image.dataset["radiance"].values[..., -1] = np.nan
+    image.dataset["radiance"].values[:, 5, 7, 3] = np.nan
+    clean = image.denoised()
+    total, error = clean.total().values, clean.dataset["denoised_error"].values
+    for found in total, error:
+        np.testing.assert_array_equal(np.isnan(found), np.isnan(image.dataset["radiance"].values[0]))
+    assert np.nanstd(total) < 0.25 * np.nanstd(values)
+    assert np.nanmean(total) == pytest.approx(1, abs=0.02)
+
+
+def test_what_was_not_rendered_does_not_darken_what_was() -> None:
+    rng = np.random.default_rng(5)
+    values = np.repeat(1 + 0.2 * rng.standard_normal((1, 48, 48, 1)), 31, axis=3)
+    values[:, 30:] = np.nan
+    image = SpectralImage.from_arrays(values, Wavelengths.parse(GRID), components=["total"])
+    clean = image.denoised()
+    assert clean.total().values[25:30].mean() == pytest.approx(values[0, 25:30].mean(), rel=0.02)
+    error = clean.dataset["denoised_error"].values
+    assert np.isnan(error[30:]).all()
+    assert (error[:30] < 0.2).all()
+
+
+def test_a_component_of_noise_around_zero_stays_as_it_is() -> None:
+    rng = np.random.default_rng(6)
+    values = np.repeat(1 + 0.2 * rng.standard_normal((2, 40, 40, 1)), 31, axis=3)
+    values[1] -= 1
+    names = ["direct_reflection", "indirect_reflection"]
+    image = SpectralImage.from_arrays(values, Wavelengths.parse(GRID), components=names)
+    with pytest.warns(
+        FluorsparWarning, match="noise around zero instead of light: component indirect_reflection"
+    ):
+        clean = image.denoised()
+    np.testing.assert_array_equal(clean.component(names[1]), image.component(names[1]))
+    assert clean.component(names[0]).values.std() < 0.25 * 0.2
 
 
 @pytest.mark.parametrize("size", [np.inf, -1e36])

@@ -164,11 +164,14 @@ class TestFoldersInPlace:
         request.getfixturevalue("begun")
         self.unseen(monkeypatch)
         monkeypatch.setattr(beside, "_QUIET", -1.0)
+        (mine.path / "note.txt").write_text("whole")
         for replace in (mine.take_place, mine.keep):
             with pytest.raises(ImageError, match=r"(?s)another host may still.*host node17"):
                 replace()
+            mine.drop() if replace == mine.keep else None
         assert (tmp_path / "room" / "note.txt").read_text() == "half"
-        mine.drop()
+        (aside,) = tmp_path.glob("room-*/note.txt")
+        assert aside.read_text() == "whole"  # and not lost
 
     def test_is_gone_on_with_once_nothing_changes_there(
         self, tmp_path: Path, begun: Temporary, monkeypatch: pytest.MonkeyPatch
@@ -199,7 +202,7 @@ def test_what_is_called_like_a_journal_of_a_folder_stays(tmp_path: Path) -> None
 
 
 def test_two_that_begin_a_folder_at_once(tmp_path: Path) -> None:
-    """Expected: one of them gets the place, and the other never replaces what that one is writing."""
+    """Expected: one of them gets the place; the other never replaces what that one is writing, nor is it lost if whole."""
     first, second = (Temporary(tmp_path / "room", folder=True) for _ in range(2))
     (first.path / "note.txt").write_text("of the first")
     first.take_place()
@@ -208,5 +211,7 @@ def test_two_that_begin_a_folder_at_once(tmp_path: Path) -> None:
             replace()
     second.drop()
     first.keep()
-    assert [path.name for path in tmp_path.iterdir()] == ["room"]
+    aside, room = sorted(tmp_path.iterdir(), key=lambda path: path.name == "room")
+    assert room.name == "room"
+    assert aside.name.startswith("room-")
     assert (tmp_path / "room" / "note.txt").read_text() == "of the first"

@@ -57,6 +57,19 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
     return counts
 
 
+def test_a_study_whose_folder_is_its_library_is_done_when_it_is(
+    folder: Path, counted: dict[str, int]
+) -> None:
+    """The index and the images, which change, are no materials."""
+    Path("s.toml").write_text(
+        'output = "{seed}.nc"\n[render]\nscene = "furnace"\nsize = "8x8"\nspp = 4\nlibrary = "."\n'
+        "[product]\nseed = [1, 2]\n"
+    )
+    for _ in range(3):
+        batch("s.toml")
+    assert counted["whole_image"] + counted["render_job"] == 2
+
+
 def radiance(path: str | Path) -> np.ndarray:
     with SpectralImage.open(path) as image:
         return np.asarray(image.dataset.radiance.values)

@@ -82,6 +82,9 @@ def denoise(
     names = [name for name in image.components if name != _SOURCE]
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
         *parts, whole = pictures_of(dataset, names, _CHANNELS, pool)
+        if len(names) > 1 and (noise := _noise_in(parts, names)):
+            names = [name for name in names if name not in noise]
+            *parts, whole = pictures_of(dataset, names, _CHANNELS, pool)
         _check_light(whole, image.wavelengths.values)
         lit = {name: part for name, part in zip(names, parts, strict=True) if part.channels.any()}
         error = _denoise_total(whole, dataset, surfaces, pool)
@@ -148,7 +151,8 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
         stated = channels_of_errors(dataset, "standard_error", _CHANNELS[1], pool)
         errors = np.where(np.isfinite(stated), stated, errors)  # of one sample they are not known
         errors[lamps] = np.abs(removed[lamps])  # theirs are those of the lamp
-    scale = 1 / np.maximum(clean[..., lit].mean(axis=(0, 1)), np.finfo(np.float32).tiny)
+    level_of = clean[..., lit].mean(axis=(0, 1))
+    scale = np.divide(1, level_of, out=np.zeros_like(level_of), where=level_of > np.finfo(np.float32).tiny)
     variance = (errors[..., lit] * scale).mean(axis=2) ** 2
     own = noisy_share((removed[..., lit] * scale).mean(axis=2), mean_around(variance, _WINDOW), _WINDOW)
     three = lit[:: -(-len(lit) // 3)]
@@ -173,6 +177,10 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
         if lamps[rows].any() and "standard_error" in dataset:
             of_lamps = values_of(dataset, "standard_error", rows)
             values[lamps[rows]] = np.hypot(values, of_lamps)[lamps[rows]]
+        for name in dataset["component"].values:
+            values = np.where(
+                np.isnan(values_of(dataset, "radiance", rows, name)), np.float32(np.nan), values
+            )
         out[rows.start - first : rows.stop - first] = values
 
     return error
@@ -195,6 +203,17 @@ def _check_scene(scene: Scene, image: SpectralImage) -> None:
         )
 
 
+def _noise_in(pictures: list[Picture], names: list[str]) -> list[str]:
+    """Components of noise around zero, which stay as they are; a warning names them."""
+    found = [
+        name for name, picture in zip(names, pictures, strict=True) if not holds_light(picture.channels).any()
+    ]
+    if found:
+        text = f"noise around zero instead of light: component {', '.join(found)}, which is not denoised"
+        warnings.warn(text, FluorsparWarning, stacklevel=5)
+    return found
+
+
 def _check_light(picture: Picture, wavelengths: NDArray[np.float64]) -> None:
     """Say which wavelengths hold noise around zero instead of light."""
     dark = ~holds_light(picture.channels)
@@ -207,10 +226,10 @@ def _check_light(picture: Picture, wavelengths: NDArray[np.float64]) -> None:
             )
         )
     if dark.any():
-        at = wavelengths[picture.ranges[:, dark].any(axis=1)]
+        ends = (wavelengths[np.flatnonzero(picture.ranges[:, n])[[0, -1]]] for n in np.flatnonzero(dark))
+        where = ", ".join(f"{first:g}-{last:g}" for first, last in ends)
         warnings.warn(
-            f"{len(at)} of {len(wavelengths)} bands hold noise around zero instead of light, between {at[0]:g} and "
-            f"{at[-1]:g} nm: they are not denoised",
+            f"noise around zero instead of light: {where} nm, which are not denoised",
             FluorsparWarning,
             stacklevel=5,
         )

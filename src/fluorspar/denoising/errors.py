@@ -44,7 +44,8 @@ def relative_error(denoised: Array, errors: Array, surfaces: tuple[Array, Array]
     noise = np.random.default_rng(_SEED).standard_normal(denoised.shape[:2], dtype=np.float32)
     probe = np.maximum(denoised + errors * noise[..., np.newaxis], 0)
     again = denoise_channels(probe, surfaces)
-    scale = np.maximum(denoised.mean(axis=(0, 1)), np.finfo(np.float32).tiny)
+    mean = denoised.mean(axis=(0, 1))
+    scale = np.where(mean > 0, mean, 1)
     picture = (denoised / scale).mean(axis=2)
     level = mean_around(picture, _NEAR) + _DARKEST
     moved = ((again - denoised) / scale).mean(axis=2) / level

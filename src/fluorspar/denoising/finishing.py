@@ -85,7 +85,14 @@ def _denoise(values: Any, clean: Any, ranges: Any, spectra: Any, noisy: Any, out
         sum_ = np.float32(0)
         for j in range(len(values)):
             sum_ += values[j] * ranges[c, j]
-        noisy[c] = sum_ if np.isfinite(sum_) else np.float32(0)
+        if np.isnan(sum_):  # without the bands that are not known
+            sum_, known = np.float32(0), np.float32(0)
+            for j in range(len(values)):
+                if not np.isnan(values[j]):
+                    sum_ += values[j] * ranges[c, j]
+                    known += ranges[c, j]
+            sum_ = sum_ / known if known > 0 else np.float32(0)
+        noisy[c] = sum_
         before += noisy[c]
         after += clean[c]
     factor = min(after / before, _MOST) if before > 0 else np.float32(1)

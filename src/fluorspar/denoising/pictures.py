@@ -32,7 +32,8 @@ class Picture:
     Attributes
     ----------
     channels : ndarray of shape (Y, X, n)
-        Noisy at first; then those of the denoised image take their place. 0 where nothing was rendered.
+        Noisy at first; then those of the denoised image take their place. Where nothing was rendered, those of the
+        nearest pixel.
     ranges : ndarray of shape (N, n)
         What they are of spectra, see `channel_ranges`.
     spectra : ndarray of shape (n, N)
@@ -85,13 +86,13 @@ def pictures_of(
             if number < len(names):
                 values = values_of(dataset, "radiance", rows, names[number])
                 light += values
-            with np.errstate(invalid="ignore"):  # of infinite values, which are refused below
-                noisy[number][rows] = np.nan_to_num(values @ ranges[number])
+            noisy[number][rows] = _means(values, ranges[number])
             if rows.start // _ROWS % every == 0:
                 moments.append(second_moment(values))
         return moments
 
     looked_at = [of_strip for of_strip in pool.map(read, strips(0, height)) if of_strip]
+    _fill_missing(noisy)
     for channels, name in zip(noisy, [*names, "total"], strict=True):
         _check_size(channels, name)
     moments = [np.sum(parts, axis=0) for parts in zip(*looked_at, strict=True)]
@@ -99,6 +100,30 @@ def pictures_of(
         Picture(channels, of, channel_spectra(of, moment))
         for channels, of, moment in zip(noisy, ranges, moments, strict=True)
     ]
+
+
+def _means(values: Array, ranges: Array) -> Array:
+    """Channels of spectra, without the bands that are NaN; NaN where all are."""
+    with np.errstate(invalid="ignore"):  # of infinite values, which are refused later
+        channels = values @ ranges
+        if np.isnan(channels).any():
+            known = ~np.isnan(values)
+            channels = (np.where(known, values, 0) @ ranges) / (known @ ranges)
+    return np.asarray(channels, np.float32)
+
+
+def _fill_missing(pictures: list[Array]) -> None:
+    """Give pixels that were not rendered the channels of the nearest one: a denoiser takes the dark for a picture."""
+    from scipy.ndimage import distance_transform_edt
+
+    missing = np.isnan(pictures[-1]).all(axis=2)
+    nearest = None
+    if missing.any() and not missing.all():
+        nearest = distance_transform_edt(missing, return_distances=False, return_indices=True)[:, missing]
+    for channels in pictures:
+        if nearest is not None:
+            channels[missing] = channels[tuple(nearest)]
+        np.nan_to_num(channels, copy=False, posinf=np.inf, neginf=-np.inf)
 
 
 def _check_size(channels: Array, component: str) -> None:
@@ -122,7 +147,7 @@ def channels_of_errors(dataset: xr.Dataset, variable: str, count: int, pool: Exe
     ranges, channels = channel_ranges(bands, count), np.empty((height, width, count), np.float32)
 
     def read(rows: slice) -> None:
-        channels[rows] = values_of(dataset, variable, rows) @ ranges
+        channels[rows] = _means(values_of(dataset, variable, rows), ranges)
 
     list(pool.map(read, strips(0, height)))
     return channels

@@ -137,7 +137,7 @@ class Temporary:
         """
         if self.path != self._target:
             if self._target.is_dir():
-                _check_place(self._target)
+                self._check_place_or_stand_aside()
                 _exchange(self.path, self._target)
                 shutil.rmtree(self.path, ignore_errors=True)
             else:
@@ -152,6 +152,17 @@ class Temporary:
         self.leave()
         _remove_stale(self._target, with_journals=True)
         _say_foreign(self._target)
+
+    def _check_place_or_stand_aside(self) -> None:
+        """Check that the target may be replaced; if not, what is whole gets another name, and is not lost."""
+        try:
+            _check_place(self._target)
+        except ImageError as err:
+            name = f"{self._target.stem}-{uuid.uuid4().hex[:8]}{self._target.suffix}"
+            aside = self._target.with_name(name)
+            os.rename(self.path, aside)
+            self.leave()
+            raise ImageError(f"{err}\n  note:     the new one is whole, and is now {aside}") from err
 
     def drop(self) -> None:
         """Remove it, if it has not been kept, and its journal."""
@@ -221,8 +232,8 @@ def _check_place(target: Path, *, going_on: bool = False, but: Path | None = Non
                     "a process of another host may still be writing the folder",
                     where=target,
                     got=f"host {host}: {lock.name}",
-                    fix="go on with it (--resume, resume=True) or write another one; or delete that file if nothing "
-                    "runs there",
+                    fix="delete that file if nothing runs there, or go on with the folder (--resume, resume=True) "
+                    "if it is not finished, or write another one",
                 )
             )
 

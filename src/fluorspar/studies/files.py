@@ -12,9 +12,11 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
+from fluorspar.bispectral.files.registry import SUFFIXES
 from fluorspar.bispectral.library import ENVIRONMENT
 from fluorspar.files.names import file_and_column
 from fluorspar.scene.builtin import BUILTIN, builtin_path
+from fluorspar.studies.keys import INDEX
 
 if TYPE_CHECKING:
     from fluorspar.studies.keys import Value
@@ -79,7 +81,12 @@ def _files_of(row: Row) -> Iterator[Path]:
             yield from _files_in(value, [Path()])
     for folder in folders:
         if os.path.isdir(folder):
-            yield from sorted(file for file in folder.glob("*") if file.is_file())
+            # A library may be the folder of the study, where each run changes the index and the images.
+            yield from sorted(
+                file
+                for file in folder.glob("*")
+                if file.suffix.lower() in SUFFIXES and not file.stem.endswith(INDEX) and file.is_file()
+            )
 
 
 def _files_in(text: str, folders: Sequence[Path]) -> Iterator[Path]:

@@ -13,12 +13,15 @@ from fluorspar.scene.settings_text import size_of
 from fluorspar.scene.suggestion import did_you_mean
 from fluorspar.scene.viewpoint import Viewpoint
 
-__all__ = ["KINDS", "OPTIONS", "Value", "as_text", "check_key", "ids_of", "read_value"]
+__all__ = ["INDEX", "KINDS", "OPTIONS", "Value", "as_text", "check_key", "ids_of", "read_value"]
 
 Value: TypeAlias = str | int | float | bool
 
 KINDS = ("D", "light", "material", "concentration")
 """Of the keys that have an id behind a dot."""
+
+INDEX = "-index"
+"""What the name of an index ends with."""
 
 
 def read_value(key: str, given: object, where: str) -> Value:

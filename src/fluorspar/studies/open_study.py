@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fluorspar.errors import FluorsparWarning, ImageError, OptionError, message
 from fluorspar.extras import check_extra
 from fluorspar.studies.index import DIM
+from fluorspar.studies.keys import INDEX
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,7 +73,7 @@ def open_study(path: str | os.PathLike[str]) -> xr.Dataset:
     import xarray as xr
 
     given = Path(path)
-    stem = given.stem if given.stem.endswith("-index") else f"{given.stem}-index"
+    stem = given.stem if given.stem.endswith(INDEX) else f"{given.stem}{INDEX}"
     file = given.with_name(f"{stem}.nc")
     if not file.is_file():
         raise ImageError(

@@ -16,7 +16,7 @@ import numpy as np
 from fluorspar.errors import OptionError, message
 from fluorspar.files.tables import read_table, read_text
 from fluorspar.scene.suggestion import did_you_mean
-from fluorspar.studies.keys import KINDS, Value, read_value
+from fluorspar.studies.keys import INDEX, KINDS, Value, read_value
 from fluorspar.studies.names import name_outputs
 
 __all__ = ["Row", "Study", "read_study"]
@@ -76,7 +76,7 @@ class Study:
     @property
     def index(self) -> Path | None:
         """Name of the index without suffix; a study without a file has none."""
-        return None if self.file is None else self.file.with_name(f"{self.file.stem}-index")
+        return None if self.file is None else self.file.with_name(f"{self.file.stem}{INDEX}")
 
     @property
     def keys(self) -> tuple[str, ...]:
