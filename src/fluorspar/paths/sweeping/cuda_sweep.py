@@ -8,7 +8,6 @@ from math import prod
 from typing import Any
 
 import numpy as np
-from numba.core.errors import NumbaPerformanceWarning
 from numpy.typing import NDArray
 
 from fluorspar.image.pixels import Pixels
@@ -107,7 +106,8 @@ class SweepOnGpu:
             there_short = to_gpu(np.zeros(1, dtype=np.int32))
             blocks = min(self._warps // _WARPS, -(-(stop - first) // _WARPS))
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", NumbaPerformanceWarning)  # few pixels leave some of it idle
+                # Few pixels leave some of it idle. By text: the class is another one than Numba's own.
+                warnings.filterwarnings("ignore", "Grid size .* low occupancy")
                 kernel[blocks, (WARP, _WARPS)](
                     first, stop, *counts, log, self._tables, self._scratch, self._output, there_short
                 )
