@@ -105,12 +105,12 @@ def room_for_warps_and_lobes(terms: int, each: int, room: int) -> LobeRoom:
     """Shapes and types for one warp: paths of up to 32 times `room` vertices."""
     vertices = _VERTICES * room
     return LobeRoom(
-        ((vertices * terms,), "i4"),
+        ((vertices * terms,), "u4"),
         ((vertices * terms,), "f4"),
         ((vertices * terms,), "f4"),
         ((vertices + 1,), "i4"),
         ((vertices,), "f4"),
-        ((vertices, 2), "i4"),
+        ((vertices, 2), "u4"),
         ((terms, each, WARP), "f4"),
     )
 
