@@ -8,6 +8,7 @@ Expected
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,13 +26,16 @@ from fluorspar.paths.sweeping.spectral_tables import spectral_tables
 CAPABILITY = (7, 5)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _compiler() -> None:
+@pytest.fixture(autouse=True)
+def _compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     try:
         assert cuda.implementation == "NVIDIA"  # what Numba itself still has is an older one
         cuda.compile_ptx(lambda values: None, (types.float32[::1],), cc=CAPABILITY)
     except Exception as err:  # without numba-cuda, NVIDIA's libraries or in the simulator: of many classes
         pytest.skip(f"no compiler for GPUs, pip install 'fluorspar[cuda]' ({type(err).__name__})")
+    # Numba asks the GPU there is for which one the functions that a kernel calls are.
+    gpu = SimpleNamespace(compute_capability=CAPABILITY)
+    monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: gpu)
 
 
 def code(kernel: Any, chunk: Chunk, tables: Any, room: Any) -> str:

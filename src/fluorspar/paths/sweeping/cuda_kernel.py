@@ -18,6 +18,7 @@ from fluorspar.paths.sweeping.kernel import Scratch, sweep_pixel
 from fluorspar.paths.sweeping.propagate import Path
 from fluorspar.paths.sweeping.warp import (
     ALL,
+    INLINED,
     LIMITS,
     WARP,
     for_gpu,
@@ -34,7 +35,7 @@ _TALLIED = COMPONENT_COUNT + 1
 _FLOAT = numba.float32
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _ahead(log: Any, slot: Any, entry: Any, by: int) -> Any:
     """Slot and entry that is `by` entries on in what a lane has recorded, slot -1 where that is beyond its end."""
     entry += by
@@ -46,7 +47,7 @@ def _ahead(log: Any, slot: Any, entry: Any, by: int) -> Any:
     return slot, entry
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _read_path(log: Any, slot: Any, entry: Any, path: Any, one_light: bool) -> Any:
     """Read a path as `read_path` does, 32 entries at a time, one for each thread."""
     lane = cuda.threadIdx.x
@@ -149,7 +150,7 @@ def room_for_warps(rows: int, each: int, room: int) -> Room:
     )
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _clear(room: Any, warp: int, lane: int) -> None:
     """Empty what a sweep expects to be empty."""
     for row in range(lane, room.place.shape[1], WARP):

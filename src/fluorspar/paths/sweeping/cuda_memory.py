@@ -12,7 +12,8 @@ import numpy as np
 from numba import config, cuda
 from numpy.typing import DTypeLike, NDArray
 
-from fluorspar.paths.sweeping.gpu import is_out_of_memory
+from fluorspar.paths.sweeping.out_of_memory import is_out_of_memory
+from fluorspar.scene.variants import give_back_memory
 
 __all__ = ["copy_back", "copy_layers_back", "empty", "processors", "to_gpu"]
 
@@ -45,10 +46,7 @@ def _allocated(allocate: Callable[..., Any], *arguments: Any) -> Any:
     except Exception as err:  # of no class that is known without a GPU
         if not is_out_of_memory(err):
             raise
-    import drjit as dr
-
-    dr.flush_malloc_cache()
-    dr.sync_thread()  # what goes back to a pool of the driver is free only then
+    give_back_memory()
     return allocate(*arguments)
 
 

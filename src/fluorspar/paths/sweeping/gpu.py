@@ -9,8 +9,9 @@ from functools import cache
 
 from fluorspar.errors import RendererError, message
 from fluorspar.paths.log import Chunk, flat
+from fluorspar.paths.sweeping.out_of_memory import is_out_of_memory
 
-__all__ = ["chunk_on_gpu", "gpu_memory", "is_out_of_memory", "sweeps_on_gpu", "why_not_on_gpu"]
+__all__ = ["chunk_on_gpu", "gpu_memory", "sweeps_on_gpu", "why_not_on_gpu"]
 
 
 def sweeps_on_gpu(variant: str) -> bool:
@@ -34,17 +35,6 @@ def gpu_memory() -> Iterator[None]:
             raise
         fix = "use variant 'llvm', or render fewer samples or a smaller size"
         raise RendererError(message("the GPU has too little free memory", got=err, fix=fix)) from err
-
-
-def is_out_of_memory(err: Exception) -> bool:
-    """Whether Dr.Jit or Numba, whose exceptions are of no class that is known without it, lacks memory.
-
-    Examples
-    --------
-    >>> is_out_of_memory(RuntimeError("[2] Call to cuMemAlloc results in CUDA_ERROR_OUT_OF_MEMORY"))
-    True
-    """
-    return "out of memory" in str(err).lower().replace("_", " ")
 
 
 @gpu_memory()
