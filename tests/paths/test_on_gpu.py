@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from dataclasses import replace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -12,9 +14,10 @@ import pytest
 from fluorspar import load_scene
 from fluorspar.errors import FluorsparWarning, RendererError
 from fluorspar.job import RenderJob
-from fluorspar.paths.chunks import trace_chunks
+from fluorspar.paths.chunks import runs_of, trace_chunks
 from fluorspar.paths.log import BLOCK, ENTRIES, flat
 from fluorspar.paths.render import render_chunks
+from fluorspar.paths.sweeping.gpu import why_not_on_gpu
 from fluorspar.scene.variants import TRACE_VARIANTS, use_variant
 
 TRACER = "fluorspar.paths.tracing.tracer"
@@ -78,6 +81,34 @@ def test_what_cannot_be_swept_on_the_gpu_is_swept_on_the_processor_and_said(
     with pytest.warns(FluorsparWarning, match="spectra are computed on the CPU: package x is missing"):
         image = render_chunks(trace_chunks(mine), replace(mine, variant="cuda"))
     assert np.array_equal(image.dataset.radiance, expected.dataset.radiance)
+
+
+def test_a_missing_compiler_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """numba-cuda without NVIDIA's libraries sees the GPU, and would fail in the middle of a render."""
+
+    def load(name: str) -> None:
+        raise RuntimeError(f"no lib{name}.so\nsearched everywhere")
+
+    pathfinder = ModuleType("cuda.pathfinder")
+    pathfinder.load_nvidia_dynamic_lib = load  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "cuda", ModuleType("cuda"))
+    monkeypatch.setitem(sys.modules, "cuda.pathfinder", pathfinder)
+    monkeypatch.setattr("numba.cuda.implementation", "NVIDIA", raising=False)
+    monkeypatch.setattr("numba.cuda.get_current_device", lambda: None)
+    assert why_not_on_gpu.__wrapped__() == (
+        "Numba lacks a compiler for the GPU (no libnvvm.so): pip install 'fluorspar[cuda]'"
+    )
+
+
+def test_chunks_on_a_gpu_are_smaller_where_vertices_have_many_terms(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load_scene("still-life").with_settings(width=1024, height=1024, spp=64)
+    lengths = {}
+    for terms in (1, 2, 3, 4, 5):
+        monkeypatch.setattr("fluorspar.scene.lobes.lobe.Lobes.terms", terms)
+        for variant in ("cuda", "llvm"):
+            lengths[variant, terms] = runs_of(RenderJob(scene, variant=variant))[0][1]
+    assert [lengths["cuda", terms] for terms in (1, 2, 3, 4, 5)] == [2**15, 2**15, 2**14, 2**14, 2**13]
+    assert {lengths["llvm", terms] for terms in (1, 2, 3, 4, 5)} == {2**13}
 
 
 @pytest.mark.parametrize(

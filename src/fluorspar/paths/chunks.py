@@ -25,8 +25,10 @@ __all__ = ["CHUNK", "Run", "runs_of", "trace_chunks", "tracer_of", "variant_of"]
 
 # Paths traced at a time. The paths of a pixel are the same whatever this is, but standard errors are pooled within a
 # chunk, so it is constant. A small chunk stays in a processor's caches, a large one keeps a GPU busy: 2^21 instead of
-# 2^19 halves the time of tracing on an H200. A path has room for 10 to 16 entries of 16 bytes (24 with several lights,
-# 72 with five terms a vertex), and two chunks are in memory: at 2^21 up to 1, 1.5 and 4.5 GiB.
+# 2^19 halves the time of tracing on an H200. A path has room for 10 to 16 entries of 16 bytes, 24 with several lights,
+# and 12 more for each further term of a vertex. Dr.Jit rounds each array up to a power of two, and two chunks are in
+# memory, one of them twice while lanes that went on are put behind the others: at 2^21 up to 1.5 GiB, 2.3 with several
+# lights and 3.4 with two terms. With more terms a chunk on a GPU is smaller instead, so that 8 GiB suffice.
 CHUNK = {"llvm": 1 << 19, "cuda": 1 << 21}
 _TEXELS = 1000  # of a picture that is a light, to find its mean
 
@@ -43,7 +45,10 @@ def runs_of(job: RenderJob) -> list[Run]:
     """
     settings = job.scene.settings
     pixels = settings.width * settings.height
-    per_chunk = max(1, CHUNK[job.variant] // settings.spp)
+    paths = CHUNK[job.variant]
+    if job.variant == "cuda" and job.scene.lobes is not None:
+        paths >>= max(0, (job.scene.lobes.terms - 1).bit_length() - 1)
+    per_chunk = max(1, paths // settings.spp)
     edges = np.linspace(0, pixels, -(-pixels // per_chunk) + 1).astype(int).tolist()
     return [(first, stop - first) for first, stop in pairwise(edges)]
 

@@ -26,6 +26,7 @@ __all__ = [
     "configure_llvm",
     "fastest_variant",
     "find_llvm",
+    "give_back_memory",
     "has_optix",
     "usable_cores",
     "use_variant",
@@ -140,6 +141,14 @@ def has_optix() -> bool:
     except OSError:
         return False
     return True
+
+
+def give_back_memory() -> None:
+    """Let Dr.Jit give back the memory of arrays that are gone, which it keeps for the next ones."""
+    import drjit as dr
+
+    dr.flush_malloc_cache()
+    dr.sync_thread()  # what goes back to a pool of a GPU's driver is free only then
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import astuple
 from pathlib import Path
@@ -130,9 +131,31 @@ def test_more_rows_and_longer_paths_than_there_is_room_for() -> None:
 
 @needs_gpu
 def test_results_that_take_too_much_memory_come_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fluorspar.paths.sweeping.cuda_sweep._MOST", 23 * 4 * N * 2)  # two pixels
+    """Two pixels at a time, of which the memory that a GPU writes to directly takes two layers."""
+    monkeypatch.setattr("fluorspar.paths.sweeping.cuda_sweep._MOST", 23 * 4 * N * 2)
+    monkeypatch.setattr("fluorspar.paths.sweeping.cuda_memory._STAGED", 2 * 2 * N)
+    monkeypatch.setattr("fluorspar.paths.sweeping.cuda_memory._kept", threading.local())
     chunk = Paths(5, 1, lights=1, rows=5, longest=3).chunk()
     assert_equal(both(chunk, spectral_tables(make_materials(), lamps(1)), N))
+
+
+@needs_gpu
+def test_what_drjit_keeps_unused_is_given_back_before_memory_is_too_little(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from fluorspar.paths.sweeping.cuda_memory import _allocated
+
+    given_back: list[bool] = []
+    monkeypatch.setattr("drjit.flush_malloc_cache", lambda: given_back.append(True))
+
+    def allocate(size: int) -> int:
+        if not given_back:
+            raise RuntimeError("[2] Call to cuMemAlloc results in CUDA_ERROR_OUT_OF_MEMORY")
+        return size
+
+    assert _allocated(allocate, 3) == 3
+    with pytest.raises(ValueError, match="something else"):
+        _allocated(lambda: (_ for _ in ()).throw(ValueError("something else")))
 
 
 @needs_gpu

@@ -18,6 +18,7 @@ from fluorspar.paths.sweeping.kernel import Scratch, sweep_pixel
 from fluorspar.paths.sweeping.propagate import Path
 from fluorspar.paths.sweeping.warp import (
     ALL,
+    INLINED,
     LIMITS,
     WARP,
     for_gpu,
@@ -34,7 +35,7 @@ _TALLIED = COMPONENT_COUNT + 1
 _FLOAT = numba.float32
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _ahead(log: Any, slot: Any, entry: Any, by: int) -> Any:
     """Slot and entry that is `by` entries on in what a lane has recorded, slot -1 where that is beyond its end."""
     entry += by
@@ -46,7 +47,7 @@ def _ahead(log: Any, slot: Any, entry: Any, by: int) -> Any:
     return slot, entry
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _read_path(log: Any, slot: Any, entry: Any, path: Any, one_light: bool) -> Any:
     """Read a path as `read_path` does, 32 entries at a time, one for each thread."""
     lane = cuda.threadIdx.x
@@ -56,18 +57,18 @@ def _read_path(log: Any, slot: Any, entry: Any, path: Any, one_light: bool) -> A
     while True:
         own_slot, own_entry = _ahead(log, slot, entry, lane)
         i = np.int64(0)
-        sampled = f = numba.float32(0)
-        vertex = ends = False
+        sampled = direct = f = numba.float32(0)
+        row = np.uint32(END)
+        ends = False
         light = np.int64(0)
         if own_slot >= 0:
             i = own_entry * BLOCK + own_slot % BLOCK
-            sampled = log.sampled[i]
-            vertex = log.row[i] != END
-            if vertex:
-                f = log.weight[i]
-            ends = f == 0
+            # All at once, needed or not: to wait for one after the other takes longer.
+            sampled, row, direct, f = log.sampled[i], log.row[i], log.direct[i], log.weight[i]
+            ends = row == END or f == 0
             if not one_light:
                 light = np.int64(log.sampled_light[i])
+        vertex = row != END
         ended = cuda.ballot_sync(ALL, ends)
         entries = cuda.ffs(ended) if ended != 0 else WARP
         if n + entries > len(path.vertex):
@@ -84,8 +85,8 @@ def _read_path(log: Any, slot: Any, entry: Any, path: Any, one_light: bool) -> A
         hit_light = cuda.shfl_down_sync(ALL, light, 1)
         if vertex and lane < entries:
             followed = lane + 1 < entries
-            path.vertex[n + lane, 0] = log.row[i]
-            path.weight[n + lane, 0] = log.direct[i]
+            path.vertex[n + lane, 0] = row
+            path.weight[n + lane, 0] = direct
             path.weight[n + lane, 1] = f * hit if followed else numba.float32(0)
             path.weight[n + lane, 2] = f
             if not one_light:
@@ -138,10 +139,10 @@ class Room(NamedTuple):
 def room_for_warps(rows: int, each: int, room: int) -> Room:
     """Shapes and types for one warp: up to `room` material rows a pixel, paths of up to 32 times as many vertices."""
     return Room(
-        ((_VERTICES * room, 3), "i4"),
+        ((_VERTICES * room, 3), "u4"),
         ((_VERTICES * room, 3), "f4"),
         ((rows,), "i4"),
-        ((room,), "i4"),
+        ((room,), "u4"),
         ((room, 4, each, WARP), "f4"),
         ((room, 4, each, WARP), "f4"),
         ((room, WARP), "f4"),
@@ -149,7 +150,7 @@ def room_for_warps(rows: int, each: int, room: int) -> Room:
     )
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _clear(room: Any, warp: int, lane: int) -> None:
     """Empty what a sweep expects to be empty."""
     for row in range(lane, room.place.shape[1], WARP):

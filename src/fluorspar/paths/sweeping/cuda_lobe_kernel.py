@@ -14,6 +14,7 @@ from fluorspar.paths.sweeping.batches import COMPONENT_COUNT, Tally
 from fluorspar.paths.sweeping.kept_code import fingerprint_of_folder, keep_gpu_code
 from fluorspar.paths.sweeping.lobe_kernel import LobePath, LobeScratch, LobeTables, sweep_lobe_pixel
 from fluorspar.paths.sweeping.warp import (
+    INLINED,
     LIMITS,
     WARP,
     for_gpu,
@@ -32,7 +33,7 @@ _TALLIED, _CARRIED = COMPONENT_COUNT + 1, COMPONENT_COUNT + 2
 _FLOAT = numba.float32
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _vertex(path: Any, tables: Any, k: int, j: int) -> Any:
     """A, h L_b and B L_a of band j at vertex k."""
     A = numba.float32(0)
@@ -50,7 +51,7 @@ def _vertex(path: Any, tables: Any, k: int, j: int) -> Any:
     return A, path.hit[k] * hit, B * found
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _reflect(path: Any, tables: Any, k: int, width: int) -> None:
     """See `reflect` of `registers.py`."""
     for j in range(width):
@@ -59,7 +60,7 @@ def _reflect(path: Any, tables: Any, k: int, width: int) -> None:
         path.R[j] = A * (hit + path.R[j]) + found
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _collect(path: Any, tables: Any, k: int, width: int, y: Any) -> None:
     """See `collect` of `registers.py`."""
     for j in range(width):
@@ -69,7 +70,7 @@ def _collect(path: Any, tables: Any, k: int, width: int, y: Any) -> None:
         y[3, j] += A * path.R[j]
 
 
-@cuda.jit(device=True, inline="always")
+@cuda.jit(**INLINED)
 def _colour(out: Any, tables: Any, to: int, width: int, c0: Any, c1: Any, c2: Any) -> None:
     """See `colour` of `registers.py`."""
     one, half = numba.float32(1), numba.float32(0.5)
@@ -105,12 +106,12 @@ def room_for_warps_and_lobes(terms: int, each: int, room: int) -> LobeRoom:
     """Shapes and types for one warp: paths of up to 32 times `room` vertices."""
     vertices = _VERTICES * room
     return LobeRoom(
-        ((vertices * terms,), "i4"),
+        ((vertices * terms,), "u4"),
         ((vertices * terms,), "f4"),
         ((vertices * terms,), "f4"),
         ((vertices + 1,), "i4"),
         ((vertices,), "f4"),
-        ((vertices, 2), "i4"),
+        ((vertices, 2), "u4"),
         ((terms, each, WARP), "f4"),
     )
 

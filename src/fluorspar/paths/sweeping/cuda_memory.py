@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import ctypes
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
 from numba import config, cuda
 from numpy.typing import DTypeLike, NDArray
 
-__all__ = ["copy_back", "empty", "pinned", "processors", "to_gpu"]
+from fluorspar.paths.sweeping.out_of_memory import is_out_of_memory
+from fluorspar.scene.variants import give_back_memory
+
+__all__ = ["copy_back", "copy_layers_back", "empty", "processors", "to_gpu"]
 
 _SIMULATED = bool(config.ENABLE_CUDASIM)  # then arrays of NumPy are those of the GPU
+_STAGED = 1 << 24  # numbers that are copied back at a time, or one layer, if that is more
+_kept = threading.local()
 _TYPES = {0: "i", 1: "u", 2: "f"}  # of DLPack
 
 
@@ -20,7 +28,7 @@ def to_gpu(values: Any) -> Any:
     if isinstance(values, tuple):
         return type(values)(*map(to_gpu, values))
     if isinstance(values, np.ndarray):
-        return values if _SIMULATED else cuda.to_device(values)
+        return values if _SIMULATED else _allocated(cuda.to_device, values)
     if isinstance(values, int | float | np.generic) or hasattr(values, "__cuda_array_interface__"):
         return values
     return cuda.as_cuda_array(Borrowed(values))
@@ -28,12 +36,18 @@ def to_gpu(values: Any) -> Any:
 
 def empty(shape: tuple[int, ...], kind: DTypeLike) -> Any:
     """Allocate in the memory of the GPU."""
-    return np.empty(shape, kind) if _SIMULATED else cuda.device_array(shape, np.dtype(kind))
+    return np.empty(shape, kind) if _SIMULATED else _allocated(cuda.device_array, shape, np.dtype(kind))
 
 
-def pinned(shape: tuple[int, ...], kind: DTypeLike) -> NDArray[Any]:
-    """Allocate where a GPU can write to directly."""
-    return np.empty(shape, kind) if _SIMULATED or 0 in shape else cuda.pinned_array(shape, np.dtype(kind))
+def _allocated(allocate: Callable[..., Any], *arguments: Any) -> Any:
+    """Allocate; where memory does not suffice, again without what Dr.Jit has freed and keeps for itself."""
+    try:
+        return allocate(*arguments)
+    except Exception as err:  # of no class that is known without a GPU
+        if not is_out_of_memory(err):
+            raise
+    give_back_memory()
+    return allocate(*arguments)
 
 
 def copy_back(values: Any, to: NDArray[Any]) -> None:
@@ -42,6 +56,39 @@ def copy_back(values: Any, to: NDArray[Any]) -> None:
         to[...] = values
     else:
         values.copy_to_host(to)
+
+
+def copy_layers_back(values: Any, to: NDArray[np.float32], pool: Executor) -> None:
+    """Wait for what the GPU computes and copy the first p pixels of each layer to an array of NumPy.
+
+    Parameters
+    ----------
+    values : array of shape (layers, P, N), float32, in the memory of the GPU
+    to : ndarray of shape (layers, p, N)
+    pool : Executor
+        Threads that copy.
+    """
+    layers, *shape = values.shape
+    size = int(np.prod(shape))
+    staging = _staging(size)
+    several = len(staging) // size
+    for first in range(0, layers, several):
+        some = values[first : first + several]
+        staged = staging[: len(some) * size].reshape(some.shape)
+        copy_back(some, staged)
+        list(pool.map(np.copyto, to[first : first + several], staged[:, : to.shape[1]]))
+
+
+def _staging(size: int) -> NDArray[np.float32]:
+    """Memory of the processor that a GPU writes to directly.
+
+    To get it takes longer than to fill it, so each thread keeps its own for the next image.
+    """
+    kept: NDArray[np.float32] | None = getattr(_kept, "staging", None)
+    if kept is None or len(kept) < size:
+        make = np.empty if _SIMULATED else cuda.pinned_array
+        kept = _kept.staging = make(max(size, _STAGED), np.dtype(np.float32))
+    return kept
 
 
 def processors() -> int:

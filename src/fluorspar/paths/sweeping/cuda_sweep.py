@@ -8,7 +8,6 @@ from math import prod
 from typing import Any
 
 import numpy as np
-from numba.core.errors import NumbaPerformanceWarning
 from numpy.typing import NDArray
 
 from fluorspar.image.pixels import Pixels
@@ -20,7 +19,13 @@ from fluorspar.paths.sweeping.cuda_lobe_kernel import (
     lobe_tables_for_warps,
     room_for_warps_and_lobes,
 )
-from fluorspar.paths.sweeping.cuda_memory import copy_back, empty, pinned, processors, to_gpu
+from fluorspar.paths.sweeping.cuda_memory import (
+    copy_back,
+    copy_layers_back,
+    empty,
+    processors,
+    to_gpu,
+)
 from fluorspar.paths.sweeping.gpu import gpu_memory
 from fluorspar.paths.sweeping.lobe_kernel import LobeTables
 from fluorspar.paths.sweeping.spectral_tables import SpectralTables
@@ -80,7 +85,9 @@ class SweepOnGpu:
             Where standard errors by two halves go, see `store`.
         """
         _, pixels, bands = out.radiance.shape
-        each = max(1, min(pixels, _MOST // (out.radiance.itemsize * bands * (3 * COMPONENT_COUNT + 2))))
+        places = [out.radiance, out.standard_error[np.newaxis], out.component_standard_error, halves]
+        layers = sum(len(place) for place in places if place is not None)
+        each = max(1, min(pixels, _MOST // (out.radiance.itemsize * bands * layers)))
         if self._shape != (each, bands):
             self._allocate_output(each, bands)
         there = to_gpu(log)
@@ -88,15 +95,12 @@ class SweepOnGpu:
             kernel: Any = compiled_for_warps_and_lobes(self._each, self._component_errors)
         else:
             kernel = compiled_for_warps(self._each, len(log.direct_light) == 0, self._component_errors)
-        places = [out.radiance, out.standard_error[np.newaxis], out.component_standard_error, halves]
         for first in range(0, pixels, each):
             stop = min(first + each, pixels)
             self._launch(kernel, first, stop, counts, there)
-            for values, staged, place in zip(self._output, self._staged, places, strict=True):
+            for values, place in zip(self._output, places, strict=True):
                 if place is not None:
-                    copy_back(values, staged)
-                    layers = staged.reshape(-1, each, bands)[:, : stop - first]
-                    list(pool.map(np.copyto, place[:, first:stop], layers))
+                    copy_layers_back(values.reshape(-1, each, bands), place[:, first:stop], pool)
 
     def _launch(self, kernel: Any, first: int, stop: int, counts: tuple[int, int, int], log: Any) -> None:
         """Sweep a range of pixels, again with twice the room if a pixel sees more rows, or a path is longer."""
@@ -107,7 +111,8 @@ class SweepOnGpu:
             there_short = to_gpu(np.zeros(1, dtype=np.int32))
             blocks = min(self._warps // _WARPS, -(-(stop - first) // _WARPS))
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", NumbaPerformanceWarning)  # few pixels leave some of it idle
+                # Few pixels leave some of it idle. By text: the class is another one than Numba's own.
+                warnings.filterwarnings("ignore", "Grid size .* low occupancy")
                 kernel[blocks, (WARP, _WARPS)](
                     first, stop, *counts, log, self._tables, self._scratch, self._output, there_short
                 )
@@ -125,7 +130,6 @@ class SweepOnGpu:
             (of_halves, pixels, bands),
         ]
         self._output = Output(*(empty(shape, np.float32) for shape in shapes))
-        self._staged = Output(*(pinned(shape, np.float32) for shape in shapes))
         self._shape = pixels, bands
 
     def _allocate_scratch(self, terms: int) -> None:

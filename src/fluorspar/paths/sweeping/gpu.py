@@ -9,6 +9,7 @@ from functools import cache
 
 from fluorspar.errors import RendererError, message
 from fluorspar.paths.log import Chunk, flat
+from fluorspar.paths.sweeping.out_of_memory import is_out_of_memory
 
 __all__ = ["chunk_on_gpu", "gpu_memory", "sweeps_on_gpu", "why_not_on_gpu"]
 
@@ -29,8 +30,8 @@ def gpu_memory() -> Iterator[None]:
     """
     try:
         yield
-    except Exception as err:  # Numba's are of no class that is known without it
-        if "out of memory" not in str(err).lower().replace("_", " "):
+    except Exception as err:
+        if not is_out_of_memory(err):
             raise
         fix = "use variant 'llvm', or render fewer samples or a smaller size"
         raise RendererError(message("the GPU has too little free memory", got=err, fix=fix)) from err
@@ -67,6 +68,16 @@ def why_not_on_gpu() -> str | None:
     try:
         cuda.get_current_device()
     except Exception as err:  # what the driver and its bindings raise is of many classes
-        fault = str(err).strip().splitlines() or [type(err).__name__]
-        return f"Numba finds no GPU ({fault[0]}): install an NVIDIA driver of version 535 or later"
+        return f"Numba finds no GPU ({_first_line(err)}): install an NVIDIA driver of version 535 or later"
+    try:
+        from cuda.pathfinder import load_nvidia_dynamic_lib
+
+        for library in ("nvvm", "nvrtc"):  # numba-cuda alone, without its extra, brings no compiler
+            load_nvidia_dynamic_lib(library)
+    except Exception as err:
+        return f"Numba lacks a compiler for the GPU ({_first_line(err)}): pip install 'fluorspar[cuda]'"
     return None
+
+
+def _first_line(err: Exception) -> str:
+    return (str(err).strip().splitlines() or [type(err).__name__])[0]
