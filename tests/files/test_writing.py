@@ -202,7 +202,7 @@ def test_what_is_called_like_a_journal_of_a_folder_stays(tmp_path: Path) -> None
 
 
 def test_two_that_begin_a_folder_at_once(tmp_path: Path) -> None:
-    """Expected: one of them gets the place; the other never replaces what that one is writing, nor is it lost if whole."""
+    """One of them gets the place; the other never replaces what that one is writing, and is not lost if it is whole."""
     first, second = (Temporary(tmp_path / "room", folder=True) for _ in range(2))
     (first.path / "note.txt").write_text("of the first")
     first.take_place()
