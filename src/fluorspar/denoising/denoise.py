@@ -173,11 +173,12 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
         level = np.maximum(picture.channels[rows].mean(axis=2, keepdims=True), _LEVEL * mean)
         on_average = np.divide(mean, level, out=np.zeros_like(mean), where=level > 0)
         values = np.maximum(by_channels, on_average * np.abs(picture.channels[rows] @ picture.spectra))
-        values = np.maximum(values, left[rows] @ of_noise)
+        if not holds.all():
+            values = np.maximum(values, left[rows] @ of_noise)
         if lamps[rows].any() and "standard_error" in dataset:
             of_lamps = values_of(dataset, "standard_error", rows)
             values[lamps[rows]] = np.hypot(values, of_lamps)[lamps[rows]]
-        for name in dataset["component"].values:
+        for name in dataset["component"].values if picture.has_gaps else ():
             values = np.where(
                 np.isnan(values_of(dataset, "radiance", rows, name)), np.float32(np.nan), values
             )

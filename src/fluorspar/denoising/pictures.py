@@ -38,6 +38,8 @@ class Picture:
         What they are of spectra, see `channel_ranges`.
     spectra : ndarray of shape (n, N)
         What goes with them, see `channel_spectra`.
+    has_gaps : bool
+        Whether some values of the image are NaN; of the total only.
     uncertainty : ndarray of shape (Y, X)
         Variance of the denoised channels, over the square of their level; of components only.
     """
@@ -45,6 +47,7 @@ class Picture:
     channels: Array
     ranges: Array
     spectra: Array
+    has_gaps: bool = False
     uncertainty: Array = field(init=False)
 
 
@@ -78,6 +81,8 @@ def pictures_of(
 
     every = max(1, len(strips(0, height)) // _LOOKED_AT)
 
+    gaps: list[slice] = []
+
     def read(rows: slice) -> list[NDArray[np.float64]]:
         light = np.zeros((rows.stop - rows.start, width, bands), np.float32)
         moments = []
@@ -87,6 +92,8 @@ def pictures_of(
                 values = values_of(dataset, "radiance", rows, names[number])
                 light += values
             noisy[number][rows] = _means(values, ranges[number])
+            if number == len(names) and np.isnan(values).any():
+                gaps.append(rows)
             if rows.start // _ROWS % every == 0:
                 moments.append(second_moment(values))
         return moments
@@ -96,10 +103,12 @@ def pictures_of(
     for channels, name in zip(noisy, [*names, "total"], strict=True):
         _check_size(channels, name)
     moments = [np.sum(parts, axis=0) for parts in zip(*looked_at, strict=True)]
-    return [
+    pictures = [
         Picture(channels, of, channel_spectra(of, moment))
         for channels, of, moment in zip(noisy, ranges, moments, strict=True)
     ]
+    pictures[-1].has_gaps = bool(gaps)
+    return pictures
 
 
 def _means(values: Array, ranges: Array) -> Array:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ from fluorspar.image.formats.netcdf_layout import write_attrs
 from fluorspar.image.formats.zarr_layout import describe
 from fluorspar.image.spectral_image import SpectralImage
 
-__all__ = ["open", "replace_attrs"]
+__all__ = ["attrs_in", "open", "replace_attrs"]
 
 
 def open(path: str | os.PathLike[str]) -> SpectralImage:
@@ -39,6 +41,25 @@ def open(path: str | os.PathLike[str]) -> SpectralImage:
     (6, 4)
     """
     return SpectralImage.open(path)
+
+
+def attrs_in(path: str | os.PathLike[str]) -> Mapping[str, Any]:
+    """Read the attributes of a `.nc` file or `.zarr` store as they are written, at once; none if it is damaged.
+
+    Examples
+    --------
+    >>> attrs_in("no-such-file.nc")
+    {}
+    """
+    with suppress(OSError, ValueError, KeyError):
+        if Path(path).suffix.lower() == ".zarr":
+            attrs: Mapping[str, Any] = json.loads(Path(path, "zarr.json").read_text())["attributes"]
+            return attrs
+        import h5py
+
+        with h5py.File(path, "r") as file:
+            return dict(file.attrs)
+    return {}
 
 
 def replace_attrs(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> None:

@@ -18,6 +18,7 @@ from fluorspar.files.run_journal import Left, Run, read_left
 from fluorspar.fingerprint import differences
 from fluorspar.image.combining import pixels_of
 from fluorspar.image.components import COMPONENTS
+from fluorspar.image.opening import attrs_in
 from fluorspar.image.pixels import Target, put
 from fluorspar.image.spectral_image import SpectralImage
 from fluorspar.job import RenderJob
@@ -214,6 +215,8 @@ def unfinished_image(job: RenderJob, label: Mapping[str, str], output: str | os.
     """What there is of an image that was not finished, and can be continued, in words; "" if nothing."""
     settings = job.scene.settings
     most = pixels_left(label, output)
+    if not attrs_in(output).keys() & {"partial", "until"}:  # to open an image takes half a second
+        return f"{most} of {settings.width * settings.height} pixels" if most else ""
     with suppress(FluorsparError), warnings.catch_warnings():
         warnings.simplefilter("ignore", FluorsparWarning)  # of what is about to be replaced
         with SpectralImage.open(output) as image:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from fluorspar.image.opening import attrs_in
 from fluorspar.studies.files import mark_of
 from fluorspar.studies.study import Row
 
@@ -41,13 +41,8 @@ def _mark_in(path: Path) -> tuple[str, str]:
     suffix = path.suffix.lower()
     attrs: Mapping[str, Any] = {}
     with suppress(OSError, ValueError, KeyError):  # damaged
-        if suffix == ".zarr":
-            attrs = json.loads((path / "zarr.json").read_text())["attributes"]
-        elif suffix == ".nc":
-            import h5py
-
-            with h5py.File(path, "r") as file:
-                attrs = dict(file.attrs)
+        if suffix in (".nc", ".zarr"):
+            attrs = attrs_in(path)
         elif suffix == ".png":
             from PIL import Image
 
