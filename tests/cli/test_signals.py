@@ -87,6 +87,20 @@ def test_wrapped_by_other_code(fluorspar: CommandLine, monkeypatch: pytest.Monke
     assert (done.code, done.err) == (143, "error: interrupted\n")
 
 
+def test_within_code_that_swallows_it() -> None:
+    """trimesh catches all exceptions where it tries something, and goes on."""
+    source = "try:\n    stop()\nexcept BaseException:\n    swallowed.append(1)\n"
+    swallowed: list[int] = []
+    with Signals() as signals, pytest.raises(KeyboardInterrupt):
+        exec(  # as a file of that package
+            compile(source, "/site-packages/trimesh/geometry.py", "exec"),
+            {"stop": lambda: signal.raise_signal(signal.SIGTERM), "swallowed": swallowed},
+        )
+        time.sleep(10)
+    assert not swallowed
+    assert signals.exit_code == 143
+
+
 PROGRAM = """if True:
     import signal
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a process in the background would ignore it
@@ -115,5 +129,6 @@ def test_while_it_starts(moment: float, number: signal.Signals, fluorspar: Comma
         _, err = process.communicate(timeout=60)
     finally:
         process.kill()
+        process.communicate()
     assert process.returncode == 128 + number, err
     assert "Traceback" not in err

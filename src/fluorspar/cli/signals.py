@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import re
 import signal
 import sys
 import threading
@@ -13,14 +14,16 @@ from typing import Any
 __all__ = ["Signals"]
 
 _AGAIN = 0.02  # seconds
+# Code in which the exception would be lost: an import, and the package trimesh, which catches all and goes on.
+_WAITS = re.compile(r"<frozen importlib|.*[\\/]trimesh[\\/]")
 
 
 class Signals(AbstractContextManager["Signals"]):
     """In its body both signals raise KeyboardInterrupt, which says nothing of which it was: `number` does.
 
-    Not within an import: there the exception would leave half a module, and extension modules swallow it or crash. It
-    waits until the import is done. Where Python cannot pass it on (in a destructor, a callback of C code), it comes
-    once more. A signal that was ignored before stays so.
+    Not within an import: there the exception would leave half a module, and extension modules swallow it or crash; nor
+    within code that swallows it. It waits until that is done. Where Python cannot pass it on (in a destructor, a
+    callback of C code), it comes once more. A signal that was ignored before stays so.
 
     Attributes
     ----------
@@ -63,7 +66,7 @@ class Signals(AbstractContextManager["Signals"]):
     def _stop(self, number: int, frame: FrameType | None) -> None:
         self.number = number
         while frame is not None:
-            if frame.f_code.co_filename.startswith("<frozen importlib"):
+            if _WAITS.match(frame.f_code.co_filename):
                 self._again()
                 return
             frame = frame.f_back
