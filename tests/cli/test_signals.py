@@ -90,13 +90,15 @@ def test_wrapped_by_other_code(fluorspar: CommandLine, monkeypatch: pytest.Monke
 def test_within_code_that_swallows_it() -> None:
     """trimesh catches all exceptions where it tries something, and goes on."""
     source = "try:\n    stop()\nexcept BaseException:\n    swallowed.append(1)\n"
+    theirs = compile(source, "/site-packages/trimesh/geometry.py", "exec")
     swallowed: list[int] = []
-    with Signals() as signals, pytest.raises(KeyboardInterrupt):
-        exec(  # as a file of that package
-            compile(source, "/site-packages/trimesh/geometry.py", "exec"),
-            {"stop": lambda: signal.raise_signal(signal.SIGTERM), "swallowed": swallowed},
-        )
+
+    def call() -> None:
+        exec(theirs, {"stop": lambda: signal.raise_signal(signal.SIGTERM), "swallowed": swallowed})
         time.sleep(10)
+
+    with Signals() as signals, pytest.raises(KeyboardInterrupt):
+        call()
     assert not swallowed
     assert signals.exit_code == 143
 
