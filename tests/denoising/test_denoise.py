@@ -13,6 +13,7 @@ import fluorspar
 from fluorspar.colour.difference import ciede2000
 from fluorspar.colour.xyz import xyz_from_radiance
 from fluorspar.comparing.whites import lab_of
+from fluorspar.denoising.windows import mean_around, noisy_share
 from fluorspar.errors import FluorsparError, FluorsparWarning, ImageError
 from fluorspar.extras import check_extra
 from fluorspar.image import computed, dataset
@@ -314,6 +315,25 @@ def test_guides_of_another_scene_are_told(box: Renders) -> None:
     paths = fluorspar.trace("cornell-box", size=(16, 16), spp=4, wavelengths=GRID)
     with pytest.warns(FluorsparWarning, match="materials, and the image shows others: poster-orange"):
         paths.image(materials={"left-wall": "poster-orange"}).denoised()
+
+
+def test_no_radiance_becomes_negative_and_errors_stay_small() -> None:
+    noisy = fluorspar.render("still-life", size=(160, 120), spp=16, wavelengths=GRID)
+    clean = noisy.denoised()
+    assert noisy.dataset["radiance"].values.min() >= 0
+    assert clean.dataset["radiance"].values.min() >= 0
+    assert clean.dataset["denoised_error"].values.max() < noisy.total().values.max()
+
+
+def test_shares_are_none_beyond_one() -> None:
+    """Means over windows are running sums: beside bright pixels those of dark ones may be a little below 0."""
+    bright = np.zeros((48, 48), np.float32)
+    bright[:, :8] = 1e4
+    rest = mean_around(bright, 7) - mean_around(bright.astype(np.float64), 7)
+    variance = np.full((48, 48), -1e-6, np.float32)
+    removed = np.full((48, 48), 1e-3, np.float32)
+    assert rest.min() < 0  # where it comes from
+    assert noisy_share(removed, variance, 7).max() <= 1
 
 
 def test_darkness_stays_dark() -> None:

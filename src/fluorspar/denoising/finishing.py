@@ -47,7 +47,7 @@ def finish(
     Notes
     -----
     These are the least changes for the errors stated, the sum being known: each component takes of the difference what
-    its variance is of all variances. None becomes negative.
+    its variance is of all variances. None becomes negative, nor does a total that was not.
 
     Examples
     --------
@@ -136,6 +136,9 @@ def _finish(
                 for j in range(bands):
                     light[j] += values[j]
             _denoise(light, whole_channels[y, x], whole_ranges, whole_spectra, whole_noisy, total)
+            for j in range(bands):
+                if total[j] < 0 and light[j] >= 0:
+                    total[j] = 0
             if count == 1:
                 for j in range(bands):
                     radiance[places[0], offset + y, x, j] = total[j]

@@ -87,6 +87,7 @@ def noisy_share(removed: Array, variance: Array, size: int) -> Array:
     >>> round(float(noisy_share(removed, np.ones((8, 8), np.float32), 7).mean()), 2)
     0.88
     """
+    variance = np.maximum(variance, 0)  # means of large and small numbers may be less, by rounding
     chance = 1 + 3 / size  # twice the standard error of a mean of squares, 2 sqrt(2) / size
     bias = np.maximum(mean_around(removed**2, size) - chance * variance, 0)
     return np.asarray(bias / np.maximum(bias + variance, np.finfo(np.float32).tiny))
