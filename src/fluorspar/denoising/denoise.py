@@ -144,13 +144,14 @@ def _denoise_total(picture: Picture, dataset: xr.Dataset, surfaces: Surfaces | N
     removed = noisy - clean
     holds = holds_light(noisy)
     lit = np.flatnonzero(holds)
-    unknown = np.where(holds, removed, noisy)  # what was removed, or is noise and stays
-    errors = np.stack([np.maximum(mean_around(x**2, _WINDOW), 0) for x in np.moveaxis(unknown, 2, 0)], axis=2)
-    errors = np.sqrt(errors)
+    errors = np.full_like(noisy, np.nan)
     if "standard_error" in dataset:
-        stated = channels_of_errors(dataset, "standard_error", _CHANNELS[1], pool)
-        errors = np.where(np.isfinite(stated), stated, errors)  # of one sample they are not known
+        errors = channels_of_errors(dataset, "standard_error", _CHANNELS[1], pool)
         errors[lamps] = np.abs(removed[lamps])  # theirs are those of the lamp
+    if not np.isfinite(errors).all():  # as of one sample per pixel
+        left_out = np.where(holds, removed, noisy)  # what was removed, or is noise and stays
+        squares = np.stack([mean_around(x**2, _WINDOW) for x in np.moveaxis(left_out, 2, 0)], axis=2)
+        errors = np.where(np.isfinite(errors), errors, np.sqrt(np.maximum(squares, 0)))
     level_of = clean[..., lit].mean(axis=(0, 1))
     scale = np.divide(1, level_of, out=np.zeros_like(level_of), where=level_of > np.finfo(np.float32).tiny)
     variance = (errors[..., lit] * scale).mean(axis=2) ** 2

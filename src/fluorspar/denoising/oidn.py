@@ -73,6 +73,8 @@ def holds_light(channels: Array) -> NDArray[np.bool_]:
     >>> holds_light(np.array([[[0, 1, 1, -2]], [[0, 2, -1, 1]]], np.float32).reshape(2, 1, 4))
     array([ True,  True, False, False])
     """
+    if channels.min(initial=0) >= 0:
+        return np.ones(channels.shape[2], bool)
     known = np.nan_to_num(channels)
     negative = -np.minimum(known, 0).mean(axis=(0, 1), dtype=np.float64)
     return np.asarray(negative <= _NEGATIVE * known.mean(axis=(0, 1), dtype=np.float64))

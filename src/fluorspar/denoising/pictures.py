@@ -91,15 +91,16 @@ def pictures_of(
             if number < len(names):
                 values = values_of(dataset, "radiance", rows, names[number])
                 light += values
-            noisy[number][rows] = _means(values, ranges[number])
-            if number == len(names) and np.isnan(values).any():
+            noisy[number][rows], has_gaps = _means(values, ranges[number])
+            if has_gaps:
                 gaps.append(rows)
             if rows.start // _ROWS % every == 0:
                 moments.append(second_moment(values))
         return moments
 
     looked_at = [of_strip for of_strip in pool.map(read, strips(0, height)) if of_strip]
-    _fill_missing(noisy)
+    if gaps:
+        _fill_missing(noisy)
     for channels, name in zip(noisy, [*names, "total"], strict=True):
         _check_size(channels, name)
     moments = [np.sum(parts, axis=0) for parts in zip(*looked_at, strict=True)]
@@ -111,14 +112,15 @@ def pictures_of(
     return pictures
 
 
-def _means(values: Array, ranges: Array) -> Array:
-    """Channels of spectra, without the bands that are NaN; NaN where all are."""
+def _means(values: Array, ranges: Array) -> tuple[Array, bool]:
+    """Channels of spectra, without the bands that are NaN, NaN where all are; and whether any is."""
     with np.errstate(invalid="ignore"):  # of infinite values, which are refused later
         channels = values @ ranges
-        if np.isnan(channels).any():
+        has_gaps = bool(np.isnan(channels).any())
+        if has_gaps:
             known = ~np.isnan(values)
             channels = (np.where(known, values, 0) @ ranges) / (known @ ranges)
-    return np.asarray(channels, np.float32)
+    return np.asarray(channels, np.float32), has_gaps
 
 
 def _fill_missing(pictures: list[Array]) -> None:
@@ -136,9 +138,9 @@ def _fill_missing(pictures: list[Array]) -> None:
 
 
 def _check_size(channels: Array, component: str) -> None:
-    sizes = np.abs(channels).max(axis=2)
-    y, x = np.unravel_index(np.argmax(sizes), sizes.shape)
-    if sizes[y, x] > _LARGEST:
+    if max(channels.max(), -channels.min()) > _LARGEST:
+        sizes = np.abs(channels).max(axis=2)
+        y, x = np.unravel_index(np.argmax(sizes), sizes.shape)
         raise ImageError(
             message(
                 "a radiance is too large to denoise",
@@ -156,7 +158,7 @@ def channels_of_errors(dataset: xr.Dataset, variable: str, count: int, pool: Exe
     ranges, channels = channel_ranges(bands, count), np.empty((height, width, count), np.float32)
 
     def read(rows: slice) -> None:
-        channels[rows] = _means(values_of(dataset, variable, rows), ranges)
+        channels[rows], _ = _means(values_of(dataset, variable, rows), ranges)
 
     list(pool.map(read, strips(0, height)))
     return channels
