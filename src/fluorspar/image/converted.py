@@ -146,7 +146,7 @@ def _errors(
         for variable in "standard_error", "denoised_error", "noisy_standard_error":
             if variable in held:
                 known[variable] = of(variable)
-    elif len(kept) == 1 and "component_standard_error" in held:
+    if not known and len(kept) == 1 and "component_standard_error" in held:
         known["standard_error"] = of("component_standard_error", kept[0])
     if component is None and "component_standard_error" in held:
         each = [of("component_standard_error", name) for name in kept]

@@ -215,18 +215,17 @@ def unfinished_image(job: RenderJob, label: Mapping[str, str], output: str | os.
     """What there is of an image that was not finished, and can be continued, in words; "" if nothing."""
     settings = job.scene.settings
     most = pixels_left(label, output)
-    if not attrs_in(output).keys() & {"partial", "until"}:  # to open an image takes half a second
-        return f"{most} of {settings.width * settings.height} pixels" if most else ""
-    with suppress(FluorsparError), warnings.catch_warnings():
-        warnings.simplefilter("ignore", FluorsparWarning)  # of what is about to be replaced
-        with SpectralImage.open(output) as image:
-            attrs = image.attrs
-            if attrs.get("fingerprint") == label:
-                if attrs.get("partial"):
-                    there = image.dataset["radiance"][0, :, :, 0].values
-                    most = max(most, int(np.isfinite(there).sum()))
-                elif attrs.get("until", {}).get("stopped") == "interrupted":
-                    return f"{sum(passes_of(image))} samples per pixel"
+    if attrs_in(output).keys() & {"partial", "until"}:  # to open an image takes half a second
+        with suppress(FluorsparError), warnings.catch_warnings():
+            warnings.simplefilter("ignore", FluorsparWarning)  # of what is about to be replaced
+            with SpectralImage.open(output) as image:
+                attrs = image.attrs
+                if attrs.get("fingerprint") == label:
+                    if attrs.get("partial"):
+                        there = image.dataset["radiance"][0, :, :, 0].values
+                        most = max(most, int(np.isfinite(there).sum()))
+                    elif attrs.get("until", {}).get("stopped") == "interrupted":
+                        return f"{sum(passes_of(image))} samples per pixel"
     return f"{most} of {settings.width * settings.height} pixels" if most else ""
 
 

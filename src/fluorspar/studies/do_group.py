@@ -262,8 +262,10 @@ def _attempt(
 
 def _is_begun(job: RenderJob, stream: Path | None) -> bool:
     """Whether there is an image of the job that was interrupted, to go on with."""
+    if stream is None:
+        return False
     label = fingerprint(job)
-    return stream is not None and label is not None and bool(unfinished_image(job, label, stream))
+    return label is not None and bool(unfinished_image(job, label, stream))
 
 
 def _xml(value: Value) -> str:

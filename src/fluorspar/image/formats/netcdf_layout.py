@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -64,50 +65,36 @@ def create(
         To be closed before `stream`.
     """
     import h5netcdf
-
-    file = h5netcdf.File(stream, "w")
-    try:
-        _lay_out(file, wavelengths, components, height, width, variables, attrs, compress, in_place)
-    except BaseException:  # Ctrl-C too: HDF5 would close it when Python has ended, and PatientFile is no more
-        file.close()
-        raise
-    return file
-
-
-def _lay_out(
-    file: Any,
-    wavelengths: Wavelengths,
-    components: Sequence[str],
-    height: int,
-    width: int,
-    variables: Sequence[str],
-    attrs: Mapping[str, Any],
-    compress: bool,
-    in_place: bool,
-) -> None:
     import h5py
 
     options: dict[str, Any]
-    sizes = dict(zip(DIMS, (len(components), height, width, len(wavelengths)), strict=True))
-    file.dimensions = sizes
-    names = file.create_variable("component", ("component",), h5py.string_dtype())
-    names[...] = np.array(components, object)
-    wavelength = file.create_variable("wavelength", ("wavelength",), np.float64)
-    wavelength[...] = wavelengths.values
-    wavelength.attrs.update(WAVELENGTH_ATTRS)
-    # one component a chunk, so that a component can be read without the others
-    extents = {**sizes, "component": 1, "y": chunk_rows(len(components), height, width, len(wavelengths))}
-    for name in variables:
-        dims = VARIABLES[name][1]
-        chunks = tuple(extents[dim] for dim in dims)
-        missing = np.float32(np.nan)
-        options = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if compress else {}
-        if in_place:
-            options["dcpl"] = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-            options["dcpl"].set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-            options["dcpl"].set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-        variable = file.create_variable(name, dims, np.float32, fillvalue=missing, chunks=chunks, **options)
-        variable.attrs.update(variable_attrs(name, attrs))
+    with ExitStack() as unless_whole:
+        file = h5netcdf.File(stream, "w")
+        unless_whole.callback(file.close)  # else HDF5 does when Python has ended, and PatientFile is no more
+        sizes = dict(zip(DIMS, (len(components), height, width, len(wavelengths)), strict=True))
+        file.dimensions = sizes
+        names = file.create_variable("component", ("component",), h5py.string_dtype())
+        names[...] = np.array(components, object)
+        wavelength = file.create_variable("wavelength", ("wavelength",), np.float64)
+        wavelength[...] = wavelengths.values
+        wavelength.attrs.update(WAVELENGTH_ATTRS)
+        # one component a chunk, so that a component can be read without the others
+        extents = {**sizes, "component": 1, "y": chunk_rows(len(components), height, width, len(wavelengths))}
+        for name in variables:
+            dims = VARIABLES[name][1]
+            chunks = tuple(extents[dim] for dim in dims)
+            missing = np.float32(np.nan)
+            options = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if compress else {}
+            if in_place:
+                options["dcpl"] = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+                options["dcpl"].set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+                options["dcpl"].set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+            variable = file.create_variable(
+                name, dims, np.float32, fillvalue=missing, chunks=chunks, **options
+            )
+            variable.attrs.update(variable_attrs(name, attrs))
+        unless_whole.pop_all()
+    return file
 
 
 def places(stream: PatientFile, variables: Sequence[str]) -> tuple[int, dict[str, NDArray[np.int64]]]:

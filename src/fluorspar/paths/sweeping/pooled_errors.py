@@ -9,9 +9,9 @@ is
 
 with means over a window of 25 pixels around it: the neighbours tell how large the noise is, and s how it differs from
 pixel to pixel. Pixels at the rim of a lamp, which only some samples show, are left out, and their error is that of
-batches. Against converged images the
-deviations in these standard errors have a standard deviation of 0.92 to 1.04 (Cornell box, still life, open scenes, a
-bright room; 16 and 64 samples), and their tails are those of a Student's t of 25.
+batches. Against converged images the deviations in these standard errors have a standard deviation of 0.92 to 1.04
+(Cornell box, still life, open scenes, a bright room; 16 and 64 samples), and their tails are those of a Student's t of
+25.
 """
 
 from __future__ import annotations

@@ -36,9 +36,9 @@ __all__ = [
 
 WARP = 32  # threads
 ALL = 0xFFFFFFFF  # of them
-# Of 32-bit registers for each thread, so that 16 warps run at a time on a processor; a simulator has none.
 # By NVIDIA's compiler: Numba's own way of inlining makes the same code, but takes three times as long to compile.
 INLINED: Any = {"device": True} if config.ENABLE_CUDASIM else {"device": True, "forceinline": True}
+# Of 32-bit registers for each thread, so that 16 warps run at a time on a processor; a simulator has none.
 LIMITS = {} if config.ENABLE_CUDASIM else {"max_registers": 128}
 
 
